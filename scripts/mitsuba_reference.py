@@ -1,0 +1,455 @@
+"""References made with Mitsuba: independent batches of one scene, reduced to what a statistical comparison needs.
+
+A reference folder holds
+
+- reference.exr      float32 `R, G, B`: mean over the batches; float16 `se.R, se.G, se.B`: standard error of that mean from
+                     the scatter between batches; float16 `deterministic`: 1 where a pixel hardly varies, else 0;
+                     values that float16 cannot hold are 0 (below 3e-8) or infinite (above 65504)
+- tiles.npy          float32 (batches, height/8, width/8, 3): mean over the stochastic pixels of each 8 x 8 tile in each
+                     batch, NaN where a tile has none
+- PROVENANCE.toml    how it was made, and the SHA-256 of each file that the scene reads
+"""
+
+import ctypes
+import datetime
+import hashlib
+import json
+import os
+import re
+import sys
+import time
+import tomllib
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+ROOT = Path(__file__).resolve().parent.parent
+SCENES = ROOT / "assets" / "scenes"
+REFERENCES = ROOT / "reference"
+
+TILE = 8
+BATCHES = 64
+SAMPLES_PER_BATCH = 64
+MAX_BATCHES = 4096
+MAX_INCLUDE_DEPTH = 15
+
+# A pixel is steady if the coefficient of variation of one batch stays below this in each channel. A pixel lit by a point
+# light varies by some 1e-3 from its footprint alone, which is noise that 1e-4 of tolerance cannot absorb; below 1e-4, the
+# mean of 64 batches is known to 1.3e-5.
+STEADY_CV = 1e-4
+DETERMINISTIC_RULE = (
+    f"deterministic: the standard deviation of one batch is at most {STEADY_CV:g} of the mean in every channel, "
+    "for the pixel and for its eight neighbours as far as they are in the same 8 x 8 tile"
+)
+
+SEED_RULE = (
+    "seed(k) = 4096 * h + k for batch k = 0, 1, ...; h = first 20 bits of SHA-256 of the scene's name (file name without .xml)"
+)
+
+LLVM_FOLDERS = (
+    "/usr/lib/*-linux-gnu",
+    "/usr/lib/llvm-*/lib",
+    "/usr/lib64",
+    "/usr/local/lib",
+    "/usr/lib",
+    "/opt/homebrew/opt/llvm*/lib",
+)
+OLDEST_LLVM = 15
+
+Params = Mapping[str, str]
+
+
+class UserError(Exception):
+    """A fault of the input or of the environment; its text is one line for the user, and the exit code is 2."""
+
+
+# --- the renderer ------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Renderer:
+    """Mitsuba, ready in one variant; `llvm` says which LLVM library it uses, or "none"."""
+
+    mi: ModuleType
+    variant: str
+    llvm: str
+
+
+def llvm_version(path: Path) -> tuple[int, ...]:
+    """Version in the name of a libLLVM (libLLVM.so.19.1, libLLVM-15.so, libLLVM-14.0.6.so.1); () if there is none."""
+    match = re.fullmatch(r"libLLVM(?:-|\.so\.)(\d+(?:\.\d+)*)(?:\.so(?:\.\d+)*)?", path.name)
+    return tuple(int(part) for part in match[1].split(".")) if match else ()
+
+
+def newest_llvm(folders: Sequence[str] = LLVM_FOLDERS) -> Path | None:
+    """The newest libLLVM that Mitsuba can use, or None. LLVM 14 aborts inside its instruction selection."""
+    found = []
+    for pattern in folders:
+        for path in Path("/").glob(f"{pattern.lstrip('/')}/libLLVM*"):
+            version = llvm_version(path)
+            if version and version[0] >= OLDEST_LLVM:
+                found.append((version, path.name, path))
+    return max(found)[2] if found else None
+
+
+def full_llvm_version(path: Path) -> str:
+    """Ask the library for its version; fall back to its file name where it is too old to say."""
+    library = ctypes.CDLL(str(path))
+    parts = [ctypes.c_uint(), ctypes.c_uint(), ctypes.c_uint()]
+    try:
+        library.LLVMGetVersion(*(ctypes.byref(part) for part in parts))
+    except AttributeError:
+        return ".".join(str(part) for part in llvm_version(path)) or path.name
+    return ".".join(str(part.value) for part in parts)
+
+
+def start_mitsuba() -> Renderer:
+    """Import Mitsuba in `llvm_ad_rgb`, or in `scalar_rgb` (some twenty times slower) if no LLVM library is found."""
+    named = os.environ.get("DRJIT_LIBLLVM_PATH")
+    library = Path(named) if named else newest_llvm()
+    if library is not None:
+        if not library.is_file():
+            raise UserError(f"DRJIT_LIBLLVM_PATH names no file: {library}")
+        os.environ["DRJIT_LIBLLVM_PATH"] = str(library)
+    try:
+        import mitsuba as mi
+    except ImportError as error:
+        raise UserError(f"cannot import mitsuba ({error}); install scripts/requirements.txt") from error
+    if library is None:
+        print(f"no libLLVM of version {OLDEST_LLVM} or later found: falling back to scalar_rgb, which is slow", file=sys.stderr)
+    variant = "scalar_rgb" if library is None else "llvm_ad_rgb"
+    mi.set_variant(variant)
+    mi.set_log_level(mi.LogLevel.Error)
+    return Renderer(mi, variant, "none" if library is None else full_llvm_version(library))
+
+
+# --- what a scene consists of ------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Element:
+    """One element of a scene after substitution of parameters.
+
+    `parent` is the tag around it ("" at a root), `folder` that of the file it stands in.
+    """
+
+    tag: str
+    attributes: dict[str, str]
+    parent: str
+    folder: Path
+
+
+def scene_elements(scene: Path, params: Params | None = None) -> Iterator[Element]:
+    """Each element of a scene in document order, those of an included file after its <include>."""
+    return _file_elements(scene, dict(params or {}), scene.parent, "", 0)
+
+
+def _file_elements(file: Path, params: dict[str, str], root: Path, parent: str, depth: int) -> Iterator[Element]:
+    if depth > MAX_INCLUDE_DEPTH:
+        raise UserError(f"{file}: includes nest deeper than {MAX_INCLUDE_DEPTH}")
+    try:
+        tree = ET.parse(file).getroot()
+    except OSError as error:
+        raise UserError(f"{file}: {error.strerror}") from error
+    except ET.ParseError as error:
+        raise UserError(f"{file}: not well-formed XML: {error}") from error
+    yield from _node_elements(tree, params, root, file.parent, parent, depth)
+
+
+def _node_elements(
+    node: ET.Element, params: dict[str, str], root: Path, folder: Path, parent: str, depth: int
+) -> Iterator[Element]:
+    element = Element(node.tag, {name: substitute(text, params) for name, text in node.attrib.items()}, parent, folder)
+    yield element
+    if node.tag == "default":
+        # The first definition of a parameter wins, and the command line comes before all of them.
+        params.setdefault(element.attributes.get("name", ""), element.attributes.get("value", ""))
+    elif node.tag == "include":
+        yield from _file_elements(include_path(element, root), params, root, parent, depth + 1)
+    for child in node:
+        yield from _node_elements(child, params, root, folder, node.tag, depth)
+
+
+def include_path(include: Element, root: Path) -> Path:
+    """Mitsuba looks for an included file beside the file that includes it, then beside the scene."""
+    name = include.attributes.get("filename", "")
+    return include.folder / name if (include.folder / name).exists() else root / name
+
+
+def substitute(text: str, params: Params) -> str:
+    """Replace each $name by its value, longest names first; a backslash keeps the dollar sign."""
+    if "$" not in text:
+        return text
+    names = sorted(params, key=len, reverse=True)
+    pattern = re.compile("|".join([r"\\\$", *(re.escape(f"${name}") for name in names)]))
+    return pattern.sub(lambda match: "$" if match[0] == r"\$" else params[match[0][1:]], text)
+
+
+def scene_files(scene: Path, params: Params | None = None) -> list[str]:
+    """Every file that a scene reads, itself included, relative to its folder, sorted.
+
+    Meshes and textures are named relative to the folder of the scene, even in a file included from elsewhere.
+    """
+    root = scene.parent
+    found = {scene}
+    for element in scene_elements(scene, params):
+        if element.tag == "include":
+            found.add(include_path(element, root))
+        elif element.attributes.get("name") == "filename":
+            found.add(root / element.attributes.get("value", ""))
+    return sorted(Path(os.path.relpath(path, root)).as_posix() for path in found)
+
+
+def file_hashes(scene: Path, params: Params | None = None) -> dict[str, str]:
+    """SHA-256 of each file that a scene reads, by its path relative to the scene's folder."""
+    hashes = {}
+    for name in scene_files(scene, params):
+        try:
+            hashes[name] = hashlib.sha256((scene.parent / name).read_bytes()).hexdigest()
+        except OSError as error:
+            raise UserError(f"{scene}: cannot read {name}: {error.strerror}") from error
+    return hashes
+
+
+def integrator_name(scene: Path, params: Params | None = None) -> str:
+    """The integrator of a scene, with nested ones in brackets: "moment(path)"."""
+    outer, nested = "", []
+    for element in scene_elements(scene, params):
+        if element.tag == "integrator" and element.parent == "integrator":
+            nested.append(element.attributes.get("type", ""))
+        elif element.tag == "integrator":
+            outer = element.attributes.get("type", "")
+    return f"{outer}({', '.join(nested)})" if nested else outer
+
+
+# --- rendering ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Batches:
+    """Independent renderings of one scene: `images` is (batches, height, width, 3), linear RGB; times in seconds."""
+
+    images: NDArray[np.float32]
+    samples: int
+    wall_seconds: float
+    cpu_seconds: float
+
+
+def batch_seed(scene_name: str, batch: int) -> int:
+    """The 32-bit seed of one batch; see SEED_RULE."""
+    if not 0 <= batch < MAX_BATCHES:
+        raise UserError(f"batch {batch} is outside 0 .. {MAX_BATCHES - 1}")
+    return MAX_BATCHES * (int(hashlib.sha256(scene_name.encode()).hexdigest(), 16) >> 236) + batch
+
+
+def render_batches(renderer: Renderer, scene: Path, samples: int, batches: int, params: Params | None = None) -> Batches:
+    """Render `batches` independent images of `samples` per pixel with the scene's own integrator and film."""
+    wall, cpu = time.perf_counter(), time.process_time()
+    try:
+        loaded = renderer.mi.load_file(str(scene), **dict(params or {}))
+        _require_samples(scene, loaded, samples)
+        images = [_render(renderer, loaded, samples, batch_seed(scene.stem, k)) for k in range(batches)]
+    except RuntimeError as error:
+        raise UserError(f"{scene}: Mitsuba: {' '.join(str(error).split())}") from error
+    return Batches(np.stack(images), samples, time.perf_counter() - wall, time.process_time() - cpu)
+
+
+def _require_samples(scene: Path, loaded: Any, samples: int) -> None:
+    """Stratified and low-discrepancy samplers round the number of samples, which would make the record false."""
+    sampler = loaded.sensors()[0].sampler()
+    sampler.set_sample_count(samples)
+    if sampler.sample_count() != samples:
+        raise UserError(f"{scene}: its sampler cannot take {samples} samples per pixel, but {sampler.sample_count()}")
+
+
+def _render(renderer: Renderer, loaded: Any, samples: int, seed: int) -> NDArray[np.float32]:
+    # Further channels, after the colour, are those of aov and moment.
+    image = np.array(renderer.mi.render(loaded, spp=samples, seed=seed), dtype=np.float32)[..., :3]
+    height, width, channels = image.shape
+    if channels != 3:
+        raise UserError("the film has no three colour channels: pixel_format must be rgb")
+    if height % TILE or width % TILE:
+        raise UserError(f"the image is {width} x {height}: both must be multiples of {TILE}")
+    return image
+
+
+# --- reduction ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """What a reference keeps of its batches (K of them), for an image of H x W pixels.
+
+    `mean`, `standard_error`: (H, W, 3), of the mean over the batches; `deterministic`: (H, W);
+    `tiles`: (K, H/8, W/8, 3), NaN where a tile has only deterministic pixels.
+    """
+
+    mean: NDArray[np.float64]
+    standard_error: NDArray[np.float64]
+    deterministic: NDArray[np.bool_]
+    tiles: NDArray[np.float64]
+
+
+def reduce_batches(images: NDArray[np.float32]) -> Reduction:
+    """Reduce batches (K, H, W, 3) to a reference; sums are in float64."""
+    if len(images) < 2:
+        raise UserError("a standard error needs at least two batches")
+    exact = images.astype(np.float64)
+    mean, deviation = exact.mean(axis=0), exact.std(axis=0, ddof=1)
+    deterministic = deterministic_pixels(np.all(deviation <= STEADY_CV * np.abs(mean), axis=-1))
+    return Reduction(mean, deviation / np.sqrt(len(images)), deterministic, tile_means(exact, ~deterministic))
+
+
+def deterministic_pixels(steady: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The steady pixels (H, W) whose neighbours within their tile are steady too.
+
+    A steady pixel beside a noisy one may hold an event too rare for these batches, such as a sliver of a silhouette: it is
+    left to the mean of the tile. A tile without noise keeps all its pixels, since it has no scatter to be judged by.
+    """
+    height, width = steady.shape
+    tiles = steady.reshape(height // TILE, TILE, width // TILE, TILE).transpose(0, 2, 1, 3)
+    padded = np.pad(tiles, ((0, 0), (0, 0), (1, 1), (1, 1)), constant_values=True)
+    windows = np.lib.stride_tricks.sliding_window_view(padded, (3, 3), axis=(2, 3))
+    return windows.all(axis=(-1, -2)).transpose(0, 2, 1, 3).reshape(height, width)
+
+
+def tile_means(images: NDArray[np.float64], mask: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Mean over the pixels of `mask` (H, W) in each 8 x 8 tile of images (K, H, W, 3); NaN where there are none."""
+    batches, height, width, channels = images.shape
+    kept = np.where(mask[..., None], images, 0.0)
+    sums = kept.reshape(batches, height // TILE, TILE, width // TILE, TILE, channels).sum(axis=(2, 4))
+    counts = mask.reshape(height // TILE, TILE, width // TILE, TILE).sum(axis=(1, 3))
+    return np.where(counts[..., None] > 0, sums / np.maximum(counts, 1)[..., None], np.nan)
+
+
+def summary(images: NDArray[np.float32], reduction: Reduction) -> dict[str, Any]:
+    """How well a reference knows its scene: relative standard errors, and how far the batches are from normal."""
+    batches = len(images)
+    means = images.astype(np.float64).mean(axis=(1, 2))
+    scatter = means.std(axis=0, ddof=1) / np.sqrt(batches)
+    centre = reduction.tiles.mean(axis=0)
+    deviation = reduction.tiles.std(axis=0, ddof=1)
+    lit = np.nan_to_num(centre) > 0
+    relative = deviation[lit] / centre[lit] / np.sqrt(batches)
+    fourth = ((reduction.tiles - centre) ** 4).mean(axis=0)[lit] / reduction.tiles.var(axis=0)[lit] ** 2 - 3.0
+    return {
+        "global_relative_se": [float(x) for x in scatter / means.mean(axis=0)],
+        "tile_relative_se_median": float(np.median(relative)) if lit.any() else 0.0,
+        "tile_relative_se_p95": float(np.percentile(relative, 95)) if lit.any() else 0.0,
+        "tile_excess_kurtosis_median": float(np.median(fourth)) if lit.any() else 0.0,
+        "tile_excess_kurtosis_max": float(fourth.max()) if lit.any() else 0.0,
+        "deterministic_fraction": float(reduction.deterministic.mean()),
+    }
+
+
+# --- files -------------------------------------------------------------------------------------------------------------
+
+
+def make_reference(
+    renderer: Renderer,
+    scene: Path,
+    folder: Path,
+    command: str,
+    samples: int = SAMPLES_PER_BATCH,
+    batches: int = BATCHES,
+    params: Params | None = None,
+) -> dict[str, Any]:
+    """Render a scene and write its reference into `folder`; returns the statistics written to PROVENANCE.toml."""
+    # Hashed before rendering, so that an edit meanwhile makes the reference stale rather than falsely fresh.
+    files = file_hashes(scene, params)
+    rendered = render_batches(renderer, scene, samples, batches, params)
+    reduction = reduce_batches(rendered.images)
+    statistics = summary(rendered.images, reduction)
+    _, height, width, _ = rendered.images.shape
+    provenance = {
+        "renderer": "mitsuba",
+        "version": renderer.mi.__version__,
+        "variant": renderer.variant,
+        "llvm": renderer.llvm,
+        "integrator": integrator_name(scene, params),
+        "spp_per_batch": samples,
+        "batches": batches,
+        "seed_rule": SEED_RULE,
+        "first_seed": batch_seed(scene.stem, 0),
+        "width": width,
+        "height": height,
+        "deterministic_rule": DETERMINISTIC_RULE,
+        "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
+        "command": command,
+        "wall_seconds": round(rendered.wall_seconds, 1),
+        "cpu_seconds": round(rendered.cpu_seconds, 1),
+        "parameters": dict(params or {}),
+        "files": files,
+        "statistics": statistics,
+    }
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_exr(folder / "reference.exr", reduction)
+        with (folder / "tiles.npy").open("wb") as out:
+            np.lib.format.write_array(out, np.ascontiguousarray(reduction.tiles, dtype="<f4"), version=(1, 0))
+        (folder / "PROVENANCE.toml").write_text(toml_text(provenance))
+    except OSError as error:
+        raise UserError(f"cannot write {folder}: {error.strerror}") from error
+    return statistics
+
+
+def write_exr(path: Path, reduction: Reduction) -> None:
+    """Write mean (float32), standard error and deterministic mask (float16) as one ZIP-compressed EXR."""
+    import OpenEXR
+
+    channels = {name: plane(reduction.mean[..., c], np.float32) for c, name in enumerate("RGB")}
+    channels |= {f"se.{name}": plane(reduction.standard_error[..., c], np.float16) for c, name in enumerate("RGB")}
+    channels["deterministic"] = plane(reduction.deterministic, np.float16)
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    with OpenEXR.File(header, channels) as file:
+        file.write(str(path))
+
+
+def plane(values: NDArray[Any], kind: type[np.floating[Any]]) -> NDArray[Any]:
+    """One contiguous channel of an EXR file."""
+    return np.ascontiguousarray(values, dtype=kind)
+
+
+def toml_text(table: Mapping[str, Any]) -> str:
+    """A table of strings, numbers, lists of numbers, and one level of sub-tables, as TOML."""
+    lines = [f"{_key(key)} = {_value(value)}" for key, value in table.items() if not isinstance(value, dict)]
+    for name, inner in table.items():
+        if isinstance(inner, dict):
+            lines += ["", f"[{_key(name)}]"]
+            lines += [f"{_key(key)} = {_value(value)}" for key, value in inner.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _key(key: str) -> str:
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _value(key)
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, str):
+        # JSON escapes are a subset of TOML's; DEL alone must be escaped in TOML and is not in JSON.
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, list):
+        return "[" + ", ".join(_value(item) for item in value) + "]"
+    return repr(value)
+
+
+def stale_reasons(scene: Path, folder: Path) -> list[str]:
+    """Why a reference does not belong to the scene as it is now; empty if it does."""
+    missing = [name for name in ("PROVENANCE.toml", "reference.exr", "tiles.npy") if not (folder / name).is_file()]
+    if missing:
+        return [f"missing {name}" for name in missing]
+    try:
+        provenance = tomllib.loads((folder / "PROVENANCE.toml").read_text())
+        recorded, params = provenance["files"], provenance["parameters"]
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, KeyError) as error:
+        return [f"PROVENANCE.toml cannot be read: {error}"]
+    current = file_hashes(scene, params)
+    reasons = [f"{name} has changed" for name in current if name in recorded and current[name] != recorded[name]]
+    reasons += [f"{name} is read but not recorded" for name in current if name not in recorded]
+    return reasons + [f"{name} is recorded but not read" for name in recorded if name not in current]

@@ -1,0 +1,49 @@
+"""What several tests share: one Mitsuba for the whole run, and a tiny scene."""
+
+from pathlib import Path
+
+import pytest
+
+import mitsuba_reference as ref
+
+TINY = """<scene version="3.0.0">
+  <default name="lit" value="0.8"/>
+  <integrator type="path"><integer name="max_depth" value="3"/></integrator>
+  <sensor type="perspective">
+    <float name="fov" value="50"/>
+    <transform name="to_world"><lookat origin="0.3, 1.2, 3" target="0, 0.2, 0" up="0, 1, 0"/></transform>
+    <film type="hdrfilm"><integer name="width" value="24"/><integer name="height" value="16"/><rfilter type="box"/></film>
+    <sampler type="independent"/>
+  </sensor>
+  <shape type="sphere"><bsdf type="diffuse"><rgb name="reflectance" value="$lit, 0.4, 0.2"/></bsdf></shape>
+  <emitter type="constant"><rgb name="radiance" value="0.5, 0.4, 0.3"/></emitter>
+</scene>
+"""
+
+
+@pytest.fixture(scope="session")
+def renderer() -> ref.Renderer:
+    return ref.start_mitsuba()
+
+
+@pytest.fixture
+def tiny(tmp_path: Path) -> Path:
+    """A 24 x 16 scene: a diffuse ball before a constant sky that fills its corners."""
+    path = tmp_path / "tiny.xml"
+    path.write_text(TINY)
+    return path
+
+
+@pytest.fixture
+def stub(tmp_path: Path) -> Path:
+    """A stand-in for the etendue binary: logs its calls, renders an empty file, and compares with $STUB_VERDICT."""
+    path = tmp_path / "etendue-stub"
+    path.write_text(
+        "#!/bin/sh\n"
+        'echo "$@" >> "$(dirname "$0")/calls"\n'
+        'if [ "$1" = render ]; then [ "$3" = -o ] && : > "$4"; exit; fi\n'
+        '[ "$1" = compare ] && [ -f "$2" ] && [ -f "$3/tiles.npy" ] && exit "$STUB_VERDICT"\n'
+        "exit 2\n"
+    )
+    path.chmod(0o755)
+    return path

@@ -1,0 +1,136 @@
+"""The commands from end to end, on a tiny scene."""
+
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+import pytest
+
+import mitsuba_reference as ref
+
+SCRIPTS = ref.ROOT / "scripts"
+
+
+def run(script: str, *arguments: str | Path, **environment: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, str(SCRIPTS / script), *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, env={"PATH": "/usr/bin:/bin", **environment})
+
+
+def test_a_reference_is_what_its_batches_say(tiny: Path, tmp_path: Path, renderer: ref.Renderer) -> None:
+    folder = tmp_path / "out"
+    statistics = ref.make_reference(renderer, tiny, folder, "command", samples=4, batches=6)
+    images = ref.render_batches(renderer, tiny, 4, 6).images
+    expected = ref.reduce_batches(images)
+    tiles = np.load(folder / "tiles.npy")
+    assert (folder / "tiles.npy").read_bytes()[6:8] == b"\x01\x00"
+    assert tiles.dtype == np.float32 and tiles.flags.c_contiguous
+    assert np.array_equal(tiles, expected.tiles.astype(np.float32), equal_nan=True)
+    with OpenEXR.File(str(folder / "reference.exr"), separate_channels=True) as file:
+        planes = {name: channel.pixels for name, channel in file.channels().items()}
+        assert file.header()["compression"] == OpenEXR.ZIP_COMPRESSION
+    assert {name: plane.dtype.name for name, plane in planes.items()} == {
+        **dict.fromkeys("RGB", "float32"),
+        **dict.fromkeys(["se.R", "se.G", "se.B", "deterministic"], "float16"),
+    }
+    for c, name in enumerate("RGB"):
+        assert np.array_equal(planes[name], expected.mean[..., c].astype(np.float32))
+        assert np.array_equal(planes[f"se.{name}"], expected.standard_error[..., c].astype(np.float16))
+    assert np.array_equal(planes["deterministic"] == 1, expected.deterministic)
+    assert 0.1 < statistics["deterministic_fraction"] < 0.9
+    provenance = tomllib.loads((folder / "PROVENANCE.toml").read_text())
+    assert provenance["statistics"] == statistics
+    assert (provenance["width"], provenance["height"], provenance["batches"]) == (24, 16, 6)
+    assert provenance["files"] == ref.file_hashes(tiny)
+    assert ref.stale_reasons(tiny, folder) == []
+
+
+def test_the_sky_is_deterministic_and_exact(tiny: Path, renderer: ref.Renderer) -> None:
+    found = ref.reduce_batches(ref.render_batches(renderer, tiny, 4, 3).images)
+    assert found.deterministic[0, 0] and not found.deterministic[8, 12]
+    assert np.allclose(found.mean[0, 0], (0.5, 0.4, 0.3), rtol=1e-6)
+
+
+def test_batches_differ_and_repeat(tiny: Path, renderer: ref.Renderer) -> None:
+    first = ref.render_batches(renderer, tiny, 4, 3).images
+    assert not np.array_equal(first[0], first[1])
+    assert np.array_equal(first, ref.render_batches(renderer, tiny, 4, 3).images)
+
+
+def test_parameters_reach_mitsuba(tiny: Path, renderer: ref.Renderer) -> None:
+    bright, dark = (ref.render_batches(renderer, tiny, 4, 2, {"lit": lit}).images.mean() for lit in ("0.9", "0.1"))
+    assert bright > dark
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('value="24"', 'value="20"', "20 x 16: both must be multiples of 8"),
+        ('type="independent"', 'type="stratified"', "cannot take 5 samples per pixel, but 9"),
+        ('type="sphere"', 'type="spher"', 'Plugin "spher" not found'),
+        ("</scene>", "", "not well-formed"),
+    ],
+)
+def test_faults_of_a_scene_are_one_line(
+    tiny: Path, tmp_path: Path, renderer: ref.Renderer, old: str, new: str, message: str
+) -> None:
+    tiny.write_text(tiny.read_text().replace(old, new))
+    with pytest.raises(ref.UserError, match=message) as caught:
+        ref.make_reference(renderer, tiny, tmp_path / "out", "command", samples=5, batches=2)
+    assert "\n" not in str(caught.value)
+    assert not (tmp_path / "out").exists()
+
+
+def test_check_tells_fresh_from_missing(tmp_path: Path) -> None:
+    missing = run("make_references.py", "--check", "--out", tmp_path, "diffuse-room")
+    assert missing.returncode == 1
+    assert "diffuse-room: missing tiles.npy" in missing.stdout
+    fresh = run("make_references.py", "--check", "diffuse-room")
+    assert (fresh.returncode, fresh.stdout) == (0, "1 references, 0 faults\n")
+
+
+def test_check_finds_a_reference_without_a_scene(tmp_path: Path) -> None:
+    (tmp_path / "gone").mkdir()
+    found = run("make_references.py", "--check", "--out", tmp_path)
+    assert found.returncode == 1
+    assert "gone: has no scene" in found.stdout
+
+
+@pytest.mark.parametrize(
+    ("script", "arguments", "message"),
+    [
+        ("make_references.py", ["no-such-scene"], "no scene is called 'no-such-scene'; known: "),
+        ("make_references.py", ["depth-crop", "--batches", "1"], "--batches within 2 .. 4096"),
+        ("compare_live.py", ["x.xml", "-D", "spp"], "-D spp: expected NAME=VALUE"),
+        ("compare_live.py", ["x.xml", "--etendue", "/no/such/binary"], "no etendue binary at /no/such/binary"),
+        ("make_assets.py", ["--out", "/dev/null/x"], "Not a directory"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(script: str, arguments: list[str], message: str) -> None:
+    found = run(script, *arguments)
+    assert found.returncode == 2
+    assert found.stderr.startswith(f"{script}: ") and found.stderr.count("\n") == 1
+    assert message in found.stderr
+
+
+@pytest.mark.parametrize("script", ["make_assets.py", "make_references.py", "compare_live.py"])
+def test_help(script: str) -> None:
+    found = run(script, "--help")
+    assert found.returncode == 0 and "usage:" in found.stdout
+
+
+@pytest.mark.parametrize(("verdict", "code"), [("0", 0), ("1", 1), ("2", 2)])
+def test_compare_live_passes_the_verdict_on(tiny: Path, stub: Path, tmp_path: Path, verdict: str, code: int) -> None:
+    out = tmp_path / "live"
+    live = ["--spp", "4", "--batches", "3", "-D", "lit=0.6", "--integrator", "direct", "--threads", "2", "--json"]
+    found = run("compare_live.py", tiny, "--etendue", stub, "--out", out, *live, STUB_VERDICT=verdict)
+    assert found.returncode == code, found.stderr
+    image = out / "etendue.exr"
+    assert (stub.parent / "calls").read_text().splitlines() == [
+        f"render {tiny} -o {image} -D lit=0.6 --spp 12 --seed 0 --integrator direct --threads 2",
+        f"compare {image} {out} --json",
+    ]
+    assert ref.stale_reasons(tiny, out) == []
+    assert tomllib.loads((out / "PROVENANCE.toml").read_text())["parameters"] == {"lit": "0.6"}

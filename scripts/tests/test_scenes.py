@@ -1,0 +1,153 @@
+"""The scenes of assets/scenes: each loads and keeps the rules of a scene that finds bugs; together they cover the language."""
+
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+import pytest
+
+import mitsuba_reference as ref
+from mitsuba_reference import Element
+
+SCENES = sorted(ref.SCENES.glob("*.xml"))
+PLUGINS = {
+    "shape": "sphere rectangle cube disk cylinder ply obj",
+    "bsdf": "diffuse dielectric conductor twosided null",
+    "texture": "checkerboard bitmap",
+    "emitter": "point directional area constant",
+    "sensor": "perspective thinlens",
+    "film": "hdrfilm",
+    "rfilter": "box gaussian tent",
+    "sampler": "independent stratified ldsampler",
+    "integrator": "path direct depth aov moment",
+}
+AREA_SHAPES = "rectangle sphere disk cylinder cube ply"
+LANGUAGE_TAGS = "default include ref alias lookat matrix translate rotate scale"
+each_scene = pytest.mark.parametrize("scene", SCENES, ids=[path.stem for path in SCENES])
+
+
+def elements(scene: Path) -> list[Element]:
+    return list(ref.scene_elements(scene))
+
+
+def everywhere() -> list[Element]:
+    return [element for scene in SCENES for element in elements(scene)]
+
+
+def values(found: Iterable[Element], tag: str, name: str) -> set[str]:
+    """The values of all properties `<tag name="name" value="..."/>`."""
+    return {e.attributes["value"] for e in found if e.tag == tag and e.attributes.get("name") == name}
+
+
+def test_together_they_cover_every_plugin() -> None:
+    used = {(e.tag, e.attributes.get("type", "")) for e in everywhere()}
+    wanted = {(tag, name) for tag, names in PLUGINS.items() for name in names.split()}
+    assert wanted <= used, f"not covered: {sorted(wanted - used)}"
+    plugins = {(tag, name) for tag, name in used if tag in PLUGINS}
+    assert plugins <= wanted, f"not listed here: {sorted(plugins - wanted)}"
+
+
+def test_area_lights_are_on_every_shape() -> None:
+    lit, last = set(), ""
+    for element in everywhere():
+        if element.tag == "shape":
+            last = element.attributes["type"]
+        if element.tag == "emitter" and element.attributes["type"] == "area":
+            lit.add(last)
+    assert lit == set(AREA_SHAPES.split())
+
+
+def test_together_they_cover_the_language() -> None:
+    found = everywhere()
+    assert set(LANGUAGE_TAGS.split()) <= {e.tag for e in found}
+    assert {e.attributes["version"] for e in found if e.tag == "scene"} == {"3.0.0", "0.6.0"}
+    sources = "".join(path.read_text() for path in ref.SCENES.rglob("*.xml"))
+    assert re.search(r'="\$\w+"', sources)
+    assert r"\$" in sources
+
+
+@pytest.mark.parametrize(
+    ("tag", "name", "wanted"),
+    [
+        ("string", "fov_axis", {"x", "y", "diagonal", "smaller", "larger"}),
+        ("boolean", "face_normals", {"true", "false"}),
+        ("boolean", "raw", {"true"}),
+        ("boolean", "hide_emitters", {"true"}),
+        ("boolean", "flip_normals", {"true"}),
+        ("string", "material", {"Au", "none"}),
+        ("string", "focal_length", {"50mm"}),
+        ("integer", "max_depth", {"-1", "20"}),
+        ("integer", "rr_depth", {"3", "5", "100"}),
+    ],
+)
+def test_together_they_cover_the_variants(tag: str, name: str, wanted: set[str]) -> None:
+    assert wanted <= values(everywhere(), tag, name)
+
+
+def test_a_conductor_is_given_by_eta_and_k() -> None:
+    assert values(everywhere(), "rgb", "eta")
+    assert values(everywhere(), "rgb", "k")
+
+
+def test_meshes_of_every_encoding_are_read() -> None:
+    meshes = {ref.SCENES / value for value in values(everywhere(), "string", "filename") if value.endswith(".ply")}
+    encodings = {path.read_bytes().split(b"\n", 2)[1].split()[1].decode() for path in meshes}
+    assert encodings == {"ascii", "binary_little_endian", "binary_big_endian"}
+
+
+def test_every_asset_is_read_by_some_scene() -> None:
+    read = {(scene.parent / name).resolve() for scene in SCENES for name in ref.scene_files(scene)}
+    assets = {path for path in (ref.ROOT / "assets").rglob("*.*") if path.name != "README.md"}
+    assert assets == read
+
+
+@each_scene
+def test_scene_starts_with_what_it_exercises(scene: Path) -> None:
+    text = scene.read_text()
+    assert text.startswith("<!-- ")
+    assert "Exercises:" in text.split("-->")[0]
+    assert re.fullmatch(r"[a-z0-9]+(-[a-z0-9]+)*", scene.stem)
+
+
+@each_scene
+def test_scene_keeps_the_rules(scene: Path) -> None:
+    """Unequal channels, explicit indices of refraction, no <spectrum>, finite depth unless roulette ends the paths."""
+    found = elements(scene)
+    assert not [e for e in found if e.tag == "spectrum"]
+    for element in found:
+        if element.tag == "rgb":
+            channels = [float(part) for part in re.split(r"[,\s]+", element.attributes["value"].strip())]
+            assert len(set(channels)) == 3, element
+            assert all(0.0 < channel < 30.0 for channel in channels), element
+    indices = sum(e.attributes.get("name") in ("int_ior", "intIOR", "ext_ior", "extIOR") for e in found)
+    assert indices == 2 * sum((e.tag, e.attributes.get("type")) == ("bsdf", "dielectric") for e in found)
+    depths = values(found, "integer", "max_depth") | values(found, "integer", "maxDepth")
+    roulette = values(found, "integer", "rr_depth") | values(found, "integer", "rrDepth")
+    if depths == {"-1"}:
+        assert max(int(depth) for depth in roulette) <= 5
+    assert all(int(depth) <= 20 for depth in depths)
+
+
+@each_scene
+def test_delta_lights_meet_no_glass_or_mirror(scene: Path) -> None:
+    """A path tracer cannot find the caustic of a point or directional light."""
+    types = {(e.tag, e.attributes.get("type")) for e in elements(scene)}
+    if types & {("emitter", "point"), ("emitter", "directional")}:
+        assert not types & {("bsdf", "dielectric"), ("bsdf", "conductor")}
+
+
+@each_scene
+def test_scene_loads_in_mitsuba(scene: Path, renderer: ref.Renderer) -> None:
+    loaded = renderer.mi.load_file(str(scene))
+    width, height = loaded.sensors()[0].film().crop_size()
+    assert width % ref.TILE == 0 and height % ref.TILE == 0
+    assert width * height <= 160 * 128
+
+
+def test_some_film_is_not_square() -> None:
+    assert any(values(elements(s), "integer", "width") != values(elements(s), "integer", "height") for s in SCENES)
+
+
+@each_scene
+def test_reference_belongs_to_the_scene(scene: Path) -> None:
+    assert ref.stale_reasons(scene, ref.REFERENCES / scene.stem) == []

@@ -1,0 +1,114 @@
+mod materials;
+
+use glam::{DVec2, DVec3};
+
+use super::{Lobe, Model, Query, Sample, fresnel, reflect};
+use crate::{
+    math::{PerSolidAngle, Rgb, cos_theta},
+    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
+    texture::Texture,
+};
+
+/// A smooth metal, or another absorbing material, after Fresnel's equations for a complex index; black on its back.
+#[derive(Clone, Debug)]
+pub struct Conductor {
+    index: ComplexIndex,
+    specular_reflectance: Texture,
+}
+
+/// The complex index of refraction `eta + i k`, in linear RGB.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ComplexIndex {
+    eta: Rgb,
+    k: Rgb,
+}
+
+/// The parameters of [`ComplexIndex::read`].
+pub(super) const MATERIAL: Param =
+    Param::new("material", Kind::String, "none", "a name (Au, Ag, Al, Cu, ...), or none: a perfect mirror");
+pub(super) const ETA: Param = Param::optional("eta", Kind::Rgb, "taken from the material", "the real part of the index, linear RGB")
+    .within(Range::NON_NEGATIVE);
+pub(super) const K: Param = Param::optional("k", Kind::Rgb, "taken from the material", "the imaginary part, linear RGB")
+    .within(Range::NON_NEGATIVE);
+pub(super) const SPECULAR_REFLECTANCE: Param =
+    Param::new("specular_reflectance", Kind::Texture, "1", "scales what is reflected; not physical").within(Range::UNIT);
+
+impl ComplexIndex {
+    /// Reads `eta` and `k`, both or none, or else `material`.
+    pub(super) fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        let given = [params.find(ETA.name).is_some(), params.find(K.name).is_some()];
+        match given {
+            [true, true] => Ok(Self { eta: params.rgb(ETA.name)?, k: params.rgb(K.name)? }),
+            [false, false] => Self::named(params),
+            _ => Err(SceneError::at(&params.object().place, "of \"eta\" and \"k\" only one is given").hint("give both")),
+        }
+    }
+
+    fn named(params: &Params<'_>) -> Result<Self, SceneError> {
+        let name = params.string(MATERIAL.name)?;
+        if name == "none" {
+            return Ok(Self { eta: Rgb::ZERO, k: Rgb::ONE });
+        }
+        let known = materials::MATERIALS.iter().find(|(known, ..)| *known == name);
+        known.map(|(_, eta, k)| Self { eta: Rgb::from(*eta), k: Rgb::from(*k) }).ok_or_else(|| {
+            let names: Vec<_> = materials::MATERIALS.iter().map(|(name, ..)| *name).collect();
+            let error = params.error(MATERIAL.name, format!("no material is called \"{name}\""));
+            error.hint(format!("known: none, {}", names.join(", ")))
+        })
+    }
+
+    /// The reflectance at an angle of incidence.
+    #[inline]
+    pub(super) fn reflectance(&self, cos: f64) -> Rgb {
+        fresnel::conductor(cos, self.eta, self.k)
+    }
+}
+
+impl Described for Conductor {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Bsdf,
+        name: "conductor",
+        summary: "A smooth metal, after Fresnel's equations for a complex index.",
+        params: &[MATERIAL, ETA, K, SPECULAR_REFLECTANCE],
+        examples: &[
+            r#"<bsdf type="conductor"><string name="material" value="Au"/></bsdf>"#,
+            r#"<bsdf type="conductor"><rgb name="eta" value="1.1, 0.9, 0.5"/><rgb name="k" value="3, 2, 1"/></bsdf>"#,
+        ],
+        evidence: &["fresnel/conductor"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        Ok(Self {
+            index: ComplexIndex::read(params)?,
+            specular_reflectance: Texture::of(params, SPECULAR_REFLECTANCE.name)?,
+        })
+    }
+}
+
+impl Model for Conductor {
+    fn is_smooth(&self) -> bool {
+        false
+    }
+
+    fn eval_cos(&self, _query: &Query, _wo: DVec3) -> Rgb {
+        Rgb::ZERO
+    }
+
+    fn density(&self, _query: &Query, _wo: DVec3) -> PerSolidAngle {
+        PerSolidAngle(0.0)
+    }
+
+    #[inline]
+    fn sample(&self, query: &Query, _u1: f64, _u2: DVec2) -> Option<Sample> {
+        let cos = cos_theta(query.wi);
+        if cos <= 0.0 {
+            return None;
+        }
+        let weight = self.index.reflectance(cos) * self.specular_reflectance.eval(query.uv);
+        Some(Sample { wo: reflect(query.wi), weight, density: PerSolidAngle(1.0), lobe: Lobe::Delta, eta: 1.0 })
+    }
+
+    fn albedo(&self, uv: DVec2) -> Rgb {
+        self.index.reflectance(1.0) * self.specular_reflectance.eval(uv)
+    }
+}

@@ -1,0 +1,128 @@
+use glam::{DVec2, DVec3};
+
+use super::{Lobe, Model, Query, Sample, Transport, fresnel, reflect};
+use crate::{
+    math::{PerSolidAngle, Rgb},
+    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError, Value},
+    texture::Texture,
+};
+
+/// A smooth interface of two transparent media, after Fresnel's exact equations for unpolarised light. The inside is
+/// below the normal. Radiance that crosses is scaled by the square of the ratio of the indices, for étendue
+/// `n² A Ω` is what stays constant; flux is not.
+#[derive(Clone, Debug)]
+pub struct Dielectric {
+    /// The index inside over that outside.
+    eta: f64,
+    specular_reflectance: Texture,
+    specular_transmittance: Texture,
+}
+
+impl Described for Dielectric {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Bsdf,
+        name: "dielectric",
+        summary: "A smooth interface between transparent media, after Fresnel's equations.",
+        params: &[
+            Param::new("int_ior", Kind::Float, "1.5046", "the index of refraction inside, a number or a name").within(Range::POSITIVE),
+            Param::new("ext_ior", Kind::Float, "1.000277", "the index of refraction outside, a number or a name").within(Range::POSITIVE),
+            Param::new("specular_reflectance", Kind::Texture, "1", "scales what is reflected; not physical").within(Range::UNIT),
+            Param::new("specular_transmittance", Kind::Texture, "1", "scales what is refracted; not physical").within(Range::UNIT),
+        ],
+        examples: &[
+            r#"<bsdf type="dielectric"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf>"#,
+            r#"<bsdf type="dielectric"><string name="int_ior" value="air"/><string name="ext_ior" value="diamond"/>
+                <rgb name="specular_reflectance" value="0.9, 0.7, 0.5"/></bsdf>"#,
+        ],
+        evidence: &["fresnel/table", "fresnel/slab", "fresnel/etendue", "fresnel/hemispherical"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        Ok(Self {
+            eta: index(params, "int_ior")? / index(params, "ext_ior")?,
+            specular_reflectance: Texture::of(params, "specular_reflectance")?,
+            specular_transmittance: Texture::of(params, "specular_transmittance")?,
+        })
+    }
+}
+
+/// Indices of refraction by name, at the sodium D line; the names and values that Mitsuba knows.
+const INDICES: [(&str, f64); 23] = [
+    ("vacuum", 1.0),
+    ("helium", 1.000_036),
+    ("hydrogen", 1.000_132),
+    ("air", 1.000_277),
+    ("carbon dioxide", 1.000_45),
+    ("water", 1.333),
+    ("acetone", 1.36),
+    ("ethanol", 1.361),
+    ("carbon tetrachloride", 1.461),
+    ("glycerol", 1.4729),
+    ("benzene", 1.501),
+    ("silicone oil", 1.520_45),
+    ("bromine", 1.661),
+    ("water ice", 1.31),
+    ("fused quartz", 1.458),
+    ("pyrex", 1.47),
+    ("acrylic glass", 1.49),
+    ("polypropylene", 1.49),
+    ("bk7", 1.5046),
+    ("sodium chloride", 1.544),
+    ("amber", 1.55),
+    ("pet", 1.575),
+    ("diamond", 2.419),
+];
+
+fn index(params: &Params<'_>, name: &str) -> Result<f64, SceneError> {
+    let Some(Value::String(medium)) = params.find(name).map(|property| &property.value) else {
+        return params.float(name);
+    };
+    let known = INDICES.iter().find(|(known, _)| known == medium);
+    known.map(|(_, index)| *index).ok_or_else(|| {
+        let names: Vec<_> = INDICES.iter().map(|(name, _)| *name).collect();
+        params.error(name, format!("no medium is called \"{medium}\"")).hint(format!("known: {}", names.join(", ")))
+    })
+}
+
+impl Model for Dielectric {
+    fn is_smooth(&self) -> bool {
+        false
+    }
+
+    fn eval_cos(&self, _query: &Query, _wo: DVec3) -> Rgb {
+        Rgb::ZERO
+    }
+
+    fn density(&self, _query: &Query, _wo: DVec3) -> PerSolidAngle {
+        PerSolidAngle(0.0)
+    }
+
+    #[inline]
+    fn sample(&self, query: &Query, u1: f64, _u2: DVec2) -> Option<Sample> {
+        let interface = fresnel::dielectric(query.wi.z, self.eta);
+        if u1 < interface.reflectance {
+            let density = PerSolidAngle(interface.reflectance);
+            let weight = self.specular_reflectance.eval(query.uv);
+            return Some(Sample { wo: reflect(query.wi), weight, density, lobe: Lobe::Delta, eta: 1.0 });
+        }
+        let compression = match query.transport {
+            Transport::Radiance => 1.0 / (interface.eta * interface.eta),
+            Transport::Flux => 1.0,
+        };
+        Some(Sample {
+            wo: fresnel::refract(query.wi, &interface),
+            weight: self.specular_transmittance.eval(query.uv) * compression,
+            density: PerSolidAngle(1.0 - interface.reflectance),
+            lobe: Lobe::Delta,
+            eta: interface.eta,
+        })
+    }
+
+    fn albedo(&self, uv: DVec2) -> Rgb {
+        self.specular_transmittance.eval(uv)
+    }
+
+    fn transmits(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,73 @@
+use std::f64::consts::FRAC_1_PI;
+
+use glam::{DVec2, DVec3};
+
+use super::{Lobe, Model, Query, Sample};
+use crate::{
+    math::{PerSolidAngle, Rgb, cos_theta, warp},
+    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
+    texture::Texture,
+};
+
+/// Lambert's ideally diffuse surface, `f = ρ / π` on the side of its normal, black on the other.
+#[derive(Clone, Debug)]
+pub struct Diffuse {
+    reflectance: Texture,
+}
+
+impl Diffuse {
+    /// The same reflectance everywhere.
+    #[must_use]
+    pub fn new(reflectance: Rgb) -> Self {
+        Self { reflectance: Texture::constant(reflectance) }
+    }
+}
+
+impl Described for Diffuse {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Bsdf,
+        name: "diffuse",
+        summary: "Lambert's ideally diffuse surface; black on its back.",
+        params: &[Param::new("reflectance", Kind::Texture, "0.5", "the share of light that is reflected").within(Range::UNIT)],
+        examples: &[r#"<bsdf type="diffuse"><rgb name="reflectance" value="0.8, 0.4, 0.1"/></bsdf>"#],
+        evidence: &["radiometry/furnace", "radiometry/integrating-sphere"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        Ok(Self { reflectance: Texture::of(params, "reflectance")? })
+    }
+}
+
+impl Model for Diffuse {
+    fn is_smooth(&self) -> bool {
+        true
+    }
+
+    #[inline]
+    fn eval_cos(&self, query: &Query, wo: DVec3) -> Rgb {
+        if cos_theta(query.wi) <= 0.0 || cos_theta(wo) <= 0.0 {
+            return Rgb::ZERO;
+        }
+        self.reflectance.eval(query.uv) * (FRAC_1_PI * cos_theta(wo))
+    }
+
+    #[inline]
+    fn density(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
+        let lit = cos_theta(query.wi) > 0.0;
+        PerSolidAngle(if lit { warp::cosine_hemisphere_density(cos_theta(wo)) } else { 0.0 })
+    }
+
+    #[inline]
+    fn sample(&self, query: &Query, _u1: f64, u2: DVec2) -> Option<Sample> {
+        let wo = warp::square_to_cosine_hemisphere(u2);
+        if cos_theta(query.wi) <= 0.0 || cos_theta(wo) <= 0.0 {
+            return None;
+        }
+        let density = PerSolidAngle(warp::cosine_hemisphere_density(cos_theta(wo)));
+        Some(Sample { wo, weight: self.reflectance.eval(query.uv), density, lobe: Lobe::Smooth, eta: 1.0 })
+    }
+
+    fn albedo(&self, uv: DVec2) -> Rgb {
+        self.reflectance.eval(uv)
+    }
+}

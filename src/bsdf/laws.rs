@@ -1,0 +1,328 @@
+//! What must hold for every BSDF of the list, over all its examples.
+
+use std::f64::consts::TAU;
+
+use glam::{DVec2, DVec3};
+
+use super::{Bsdf, Lobe, Model as _, Query, Transport, fresnel};
+use crate::{
+    law::{Effort, Finding, Law},
+    math::{Rgb, rng::Stream, warp},
+    node::xml,
+    stats::Chi2,
+};
+
+/// The laws of the list, and the closed forms of single members.
+pub const LAWS: &[Law] = &[
+    Law {
+        name: "bsdf/chi2",
+        claim: "Directions are drawn with the density that the BSDF states, and those it loses are accounted for.",
+        source: "Pearson's chi-square of a histogram against the integrated density; pooled cells are tested too",
+        check: chi2,
+    },
+    Law {
+        name: "bsdf/unit-length",
+        claim: "Drawn directions have unit length.",
+        source: "definition; catches a wrong radial warp, which a test of directions alone cannot see",
+        check: unit_length,
+    },
+    Law {
+        name: "bsdf/weight",
+        claim: "A sample's weight is eval_cos / density.",
+        source: "definition",
+        check: weight,
+    },
+    Law {
+        name: "bsdf/energy",
+        claim: "No more light leaves than arrives: the excess of the directional albedo over 1, per channel.",
+        source: "conservation of energy",
+        check: energy,
+    },
+    Law {
+        name: "bsdf/reciprocity",
+        claim: "f(wi, wo) = f(wo, wi); for refraction, f / eta² is symmetric, and flux is the adjoint of radiance.",
+        source: "Helmholtz; Veach 1997, section 5.2",
+        check: reciprocity,
+    },
+    Law {
+        name: "bsdf/rough-albedo",
+        claim: "White GGX metal of roughness 0.3 reflects 0.876 at normal incidence, Beckmann 0.9995.",
+        source: "Mitsuba 3.9.1, integrated; single scattering after Walter et al. 2007",
+        check: rough_albedo,
+    },
+    Law {
+        name: "fresnel/table",
+        claim: "Fresnel reflectance at an index of 1.5: normal 0.04, Brewster's angle, 45, 60, 75, 85 degrees, total reflection.",
+        source: "Born and Wolf 1999, section 1.5; numbers by independent evaluation to 8 digits",
+        check: fresnel_table,
+    },
+    Law {
+        name: "fresnel/hemispherical",
+        claim: "Cosine-weighted Fresnel reflectance of an index of 1.5: 0.09177796 from outside, 0.59634576 from inside.",
+        source: "closed form from outside; from inside 1 - (1 - R) / n², by étendue",
+        check: fresnel_hemispherical,
+    },
+    Law {
+        name: "fresnel/conductor",
+        claim: "Conductor reflectance matches the complex-index form, and gold at normal incidence is (.967, .802, .324).",
+        source: "Born and Wolf 1999, section 14.2; R = ((n-1)² + k²) / ((n+1)² + k²)",
+        check: fresnel_conductor,
+    },
+];
+
+/// Every example of the list, by name.
+fn examples() -> impl Iterator<Item = (String, Bsdf)> {
+    Bsdf::PLUGINS.iter().flat_map(|plugin| {
+        plugin.examples.iter().enumerate().map(|(i, example)| (format!("{} #{}", plugin.name, i + 1), from_xml(example)))
+    })
+}
+
+fn from_xml(element: &str) -> Bsdf {
+    let document = xml::parse_element(element).expect("examples are valid XML");
+    Bsdf::read(&document, document.root).expect("examples are valid BSDFs")
+}
+
+/// Directions of incidence: straight, oblique, grazing, from behind.
+const INCIDENCES: [(f64, f64); 5] = [(2.0, 10.0), (35.0, -40.0), (65.0, 100.0), (86.0, 200.0), (130.0, 60.0)];
+
+fn queries() -> impl Iterator<Item = (f64, Query)> {
+    INCIDENCES.into_iter().map(|(theta, phi)| {
+        let (theta_r, phi_r): (f64, f64) = (theta.to_radians(), phi.to_radians());
+        let wi = DVec3::new(theta_r.sin() * phi_r.cos(), theta_r.sin() * phi_r.sin(), theta_r.cos());
+        (theta, Query { wi, uv: DVec2::splat(0.3), transport: Transport::Radiance })
+    })
+}
+
+/// Cells of the histogram, in the cosine and in the azimuth.
+const CELLS: (usize, usize) = (24, 32);
+/// Points of the quadrature along each side of a cell.
+const POINTS: usize = 12;
+
+fn chi2(effort: Effort) -> Vec<Finding> {
+    let samples = effort.samples(60_000);
+    let mut findings = Vec::new();
+    for (name, bsdf) in examples().filter(|(_, bsdf)| bsdf.is_smooth()) {
+        for (theta, query) in queries() {
+            let expected = expected_counts(&bsdf, &query, f64::from(samples));
+            let observed = observed_counts(&bsdf, &query, samples);
+            let subject = format!("{name}, incidence {theta}°");
+            findings.push(match Chi2::goodness_of_fit(&observed, &expected, 5.0, 1) {
+                Some(test) => Finding::test(subject, format!("chi² = {:.1}, {} dof", test.statistic, test.dof), test.p),
+                None => Finding::error(format!("{subject}: nothing may be drawn"), drawn_outside(&observed), 0.0),
+            });
+        }
+    }
+    findings
+}
+
+/// How many samples fell where none may.
+fn drawn_outside(observed: &[u64]) -> f64 {
+    observed[..observed.len() - 1].iter().sum::<u64>() as f64
+}
+
+/// By cell, and last those that are lost.
+fn expected_counts(bsdf: &Bsdf, query: &Query, samples: f64) -> Vec<f64> {
+    let mut expected = vec![0.0; CELLS.0 * CELLS.1 + 1];
+    let area = 2.0 * TAU / (CELLS.0 * CELLS.1 * POINTS * POINTS) as f64;
+    for (i, cell) in expected.iter_mut().take(CELLS.0 * CELLS.1).enumerate() {
+        for j in 0..POINTS * POINTS {
+            let along = |cell: usize, point: usize, cells: usize| (cell as f64 + (point as f64 + 0.5) / POINTS as f64) / cells as f64;
+            let z = 2.0 * along(i / CELLS.1, j / POINTS, CELLS.0) - 1.0;
+            let (sin, cos) = (TAU * along(i % CELLS.1, j % POINTS, CELLS.1)).sin_cos();
+            let radius = (1.0 - z * z).sqrt();
+            *cell += samples * area * bsdf.density(query, DVec3::new(radius * cos, radius * sin, z)).0;
+        }
+    }
+    let kept: f64 = expected.iter().sum();
+    expected[CELLS.0 * CELLS.1] = (samples - kept).max(0.0);
+    expected
+}
+
+fn observed_counts(bsdf: &Bsdf, query: &Query, samples: u32) -> Vec<u64> {
+    let mut observed = vec![0; CELLS.0 * CELLS.1 + 1];
+    let mut stream = Stream::at(&[11, query.wi.x.to_bits()]);
+    for _ in 0..samples {
+        let cell = bsdf.sample(query, stream.next_1d(), stream.next_2d()).map_or(CELLS.0 * CELLS.1, |sample| {
+            let z = (0.5 * (sample.wo.z + 1.0) * CELLS.0 as f64) as usize;
+            let azimuth = sample.wo.y.atan2(sample.wo.x).rem_euclid(TAU) / TAU * CELLS.1 as f64;
+            z.min(CELLS.0 - 1) * CELLS.1 + (azimuth as usize).min(CELLS.1 - 1)
+        });
+        observed[cell] += 1;
+    }
+    observed
+}
+
+/// Some samples of every example from every incidence.
+fn for_samples(mut visit: impl FnMut(&str, &Bsdf, &Query, &super::Sample)) {
+    for (name, bsdf) in examples() {
+        for (_, query) in queries() {
+            let mut stream = Stream::at(&[12, query.wi.x.to_bits()]);
+            for _ in 0..2000 {
+                if let Some(sample) = bsdf.sample(&query, stream.next_1d(), stream.next_2d()) {
+                    visit(&name, &bsdf, &query, &sample);
+                }
+            }
+        }
+    }
+}
+
+/// The worst of some errors, by example.
+fn worst(bound: f64, collect: impl FnOnce(&mut dyn FnMut(&str, f64))) -> Vec<Finding> {
+    let mut worst: Vec<(String, f64)> = Vec::new();
+    collect(&mut |name, error| match worst.iter_mut().find(|(known, _)| known == name) {
+        Some((_, so_far)) => *so_far = if error.is_nan() { error } else { so_far.max(error) },
+        None => worst.push((name.to_owned(), error)),
+    });
+    worst.into_iter().map(|(name, error)| Finding::error(name, error, bound)).collect()
+}
+
+fn unit_length(_: Effort) -> Vec<Finding> {
+    worst(1e-12, |note| for_samples(|name, _, _, sample| note(name, (sample.wo.length() - 1.0).abs())))
+}
+
+fn weight(_: Effort) -> Vec<Finding> {
+    worst(1e-9, |note| {
+        for_samples(|name, bsdf, query, sample| {
+            if sample.lobe == Lobe::Smooth {
+                let density = bsdf.density(query, sample.wo);
+                let expected = bsdf.eval_cos(query, sample.wo) / density.0;
+                note(name, (sample.weight - expected).abs().max_element() / expected.max_element().max(1e-3));
+                note(name, (sample.density.0 / density.0 - 1.0).abs());
+            }
+        });
+    })
+}
+
+/// By quadrature for smooth lobes; for single directions, the sum of what the choices carry. Radiance may exceed 1
+/// on its way into a dense medium, flux may not.
+fn energy(_: Effort) -> Vec<Finding> {
+    worst(2e-3, |note| {
+        for (name, bsdf) in examples() {
+            for (_, query) in queries() {
+                let query = Query { transport: Transport::Flux, ..query };
+                note(&name, (smooth_albedo(&bsdf, &query) + delta_albedo(&bsdf, &query)).max_element() - 1.0);
+            }
+        }
+    })
+    .into_iter()
+    .map(|finding| match finding.measured {
+        // An albedo below 1 is no excess.
+        crate::law::Measured::Value { value, bound, .. } => Finding::error(finding.subject, value.max(0.0), bound),
+        measured => Finding { measured, ..finding },
+    })
+    .collect()
+}
+
+fn smooth_albedo(bsdf: &Bsdf, query: &Query) -> Rgb {
+    const N: usize = 256;
+    let mut sum = Rgb::ZERO;
+    for i in 0..N * N {
+        let u = DVec2::new((i / N) as f64 + 0.5, (i % N) as f64 + 0.5) / N as f64;
+        sum += bsdf.eval_cos(query, warp::square_to_sphere(u)) / (warp::SPHERE_DENSITY * (N * N) as f64);
+    }
+    sum
+}
+
+/// The mean weight of drawn single directions, over an even spread of the choosing number.
+fn delta_albedo(bsdf: &Bsdf, query: &Query) -> Rgb {
+    const N: usize = 1000;
+    let choices = (0..N).filter_map(|i| bsdf.sample(query, (i as f64 + 0.5) / N as f64, DVec2::splat(0.5)));
+    choices.filter(|sample| sample.lobe != Lobe::Smooth).map(|sample| sample.weight / N as f64).sum()
+}
+
+fn reciprocity(_: Effort) -> Vec<Finding> {
+    worst(1e-9, |note| {
+        for_samples(|name, bsdf, query, sample| {
+            let reverse = Query { wi: sample.wo, transport: Transport::Flux, ..*query };
+            if sample.lobe == Lobe::Smooth {
+                let there = bsdf.eval_cos(query, sample.wo) / sample.wo.z.abs();
+                let back = bsdf.eval_cos(&reverse, query.wi) / query.wi.z.abs();
+                note(name, (there - back).abs().max_element() / there.max_element());
+                return;
+            }
+            let same_way = |back: &super::Sample| back.wo.dot(query.wi) > 1.0 - 1e-9;
+            let choices = [1e-9, 1.0 - 1e-9].into_iter().filter_map(|u| bsdf.sample(&reverse, u, DVec2::splat(0.5)));
+            let back = choices.into_iter().find(same_way).expect("a single direction can be taken back");
+            let there = sample.weight * (sample.density.0 * sample.eta * sample.eta);
+            let back = back.weight * back.density.0;
+            note(name, (there - back).abs().max_element() / there.max_element());
+        });
+    })
+}
+
+fn rough_albedo(_: Effort) -> Vec<Finding> {
+    let straight = Query { wi: DVec3::new(1e-6, 0.0, 1.0).normalize(), uv: DVec2::ZERO, transport: Transport::Radiance };
+    [("ggx", 0.876, 1e-3), ("beckmann", 0.9995, 1e-3)]
+        .into_iter()
+        .map(|(distribution, expected, bound)| {
+            let bsdf = from_xml(&format!(
+                r#"<bsdf type="roughconductor"><string name="distribution" value="{distribution}"/>
+                   <float name="alpha" value="0.3"/></bsdf>"#
+            ));
+            Finding::value(distribution, smooth_albedo(&bsdf, &straight).x, expected, bound)
+        })
+        .collect()
+}
+
+fn fresnel_table(_: Effort) -> Vec<Finding> {
+    const TABLE: [(f64, f64); 5] =
+        [(0.0, 0.04), (45.0, 0.050_239_91), (60.0, 0.089_186_71), (75.0, 0.253_060_56), (85.0, 0.612_799_65)];
+    let reflectance = |degrees: f64| fresnel::dielectric(degrees.to_radians().cos(), 1.5).reflectance;
+    let mut findings: Vec<_> = TABLE
+        .into_iter()
+        .map(|(degrees, expected)| Finding::value(format!("{degrees}°"), reflectance(degrees), expected, 1e-8))
+        .collect();
+    // At Brewster's angle only the perpendicular half is reflected: ((n² - 1) / (n² + 1))² / 2.
+    let brewster = 1.5_f64.atan();
+    let half = 0.5 * (1.25_f64 / 3.25).powi(2);
+    findings.push(Finding::value("Brewster, 56.309932°", reflectance(brewster.to_degrees()), half, 1e-14));
+    let from_inside = |degrees: f64| fresnel::dielectric(-degrees.to_radians().cos(), 1.5);
+    findings.push(Finding::value("inside, 41.82°: total", from_inside(41.82).reflectance, 1.0, 0.0));
+    let partial = f64::from(from_inside(41.80).reflectance < 1.0);
+    findings.push(Finding::value("inside, 41.80°: partial", partial, 1.0, 0.0));
+    // The same pair of angles reflects the same from both sides.
+    let t = (45.0_f64.to_radians().sin() / 1.5).asin();
+    findings.push(Finding::value("inside, 45° refracted", from_inside(t.to_degrees()).reflectance, 0.050_239_91, 1e-8));
+    findings
+}
+
+/// `∫ R 2 c dc` by the midpoint rule, fine enough for the kink at the critical angle.
+fn fresnel_hemispherical(_: Effort) -> Vec<Finding> {
+    const N: usize = 1_000_000;
+    let mean = |eta: f64| {
+        let sum: f64 = (0..N).map(|i| (i as f64 + 0.5) / N as f64).map(|c| fresnel::dielectric(c, eta).reflectance * 2.0 * c).sum();
+        sum / N as f64
+    };
+    vec![
+        Finding::value("from outside", mean(1.5), 0.091_777_96, 1e-8),
+        Finding::value("from inside", mean(1.0 / 1.5), 0.596_345_76, 2e-8),
+    ]
+}
+
+fn fresnel_conductor(_: Effort) -> Vec<Finding> {
+    let (eta, k) = (Rgb::new(0.2, 1.0, 3.0), Rgb::new(3.9, 2.0, 0.5));
+    let straight = fresnel::conductor(1.0, eta, k);
+    let mut findings: Vec<_> = (0..3)
+        .map(|i| {
+            let expected = ((eta[i] - 1.0).powi(2) + k[i] * k[i]) / ((eta[i] + 1.0).powi(2) + k[i] * k[i]);
+            Finding::value(format!("n = {}, k = {}, straight", eta[i], k[i]), straight[i], expected, 1e-14)
+        })
+        .collect();
+    let gold = from_xml(r#"<bsdf type="conductor"><string name="material" value="Au"/></bsdf>"#).albedo(DVec2::ZERO);
+    for (i, expected) in [0.967, 0.802, 0.324].into_iter().enumerate() {
+        findings.push(Finding::value(format!("Au, channel {i}"), gold[i], expected, 1e-3));
+    }
+    findings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::law::failures;
+
+    #[test]
+    fn all_laws_hold() {
+        let failed = failures(LAWS, Effort::Quick);
+        assert!(failed.is_empty(), "{}", failed.join("\n"));
+    }
+}

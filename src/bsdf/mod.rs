@@ -1,0 +1,152 @@
+//! What surfaces do with light.
+//!
+//! Directions are local: the shading normal is +z. As in Mitsuba, `wi` points back to where the path comes from (to
+//! the camera, in path tracing) and `wo` along the one that is asked for. [`Model::eval_cos`] includes the cosine at
+//! `wo`; all densities are per solid angle of `wo`.
+
+mod conductor;
+mod dielectric;
+mod diffuse;
+pub mod fresnel;
+pub mod laws;
+mod microfacet;
+mod null;
+mod roughconductor;
+mod twosided;
+
+pub use conductor::Conductor;
+pub use dielectric::Dielectric;
+pub use diffuse::Diffuse;
+pub use null::Null;
+pub use roughconductor::RoughConductor;
+pub use twosided::TwoSided;
+
+use glam::{DVec2, DVec3};
+
+use crate::{
+    math::{PerSolidAngle, Rgb},
+    node::{Category, catalogue},
+};
+
+/// What travels along the path: radiance from a camera, or importance's counterpart, flux from a light.
+/// Radiance is scaled by 1/η² where it is refracted; flux is not (Veach 1997, section 5.2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Transport {
+    /// Paths that start at the camera.
+    Radiance,
+    /// Paths that start at a light.
+    Flux,
+}
+
+/// Where and from which side a BSDF is asked.
+#[derive(Clone, Copy, Debug)]
+pub struct Query {
+    /// The local unit direction to where the path comes from.
+    pub wi: DVec3,
+    /// Texture coordinates.
+    pub uv: DVec2,
+    /// What travels.
+    pub transport: Transport,
+}
+
+/// The kind of scattering that a sample stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lobe {
+    /// It has a density over directions.
+    Smooth,
+    /// A single direction: a mirror or a refraction.
+    Delta,
+    /// A single direction, the straight one: nothing happened.
+    Null,
+}
+
+/// A sampled direction.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    /// The local unit direction in which the path goes on.
+    pub wo: DVec3,
+    /// `eval_cos / density`; for a single direction, what is left of the light per chance of choosing it.
+    pub weight: Rgb,
+    /// The density of `wo`; for a single direction, the chance of choosing it.
+    pub density: PerSolidAngle,
+    /// What kind of scattering it was.
+    pub lobe: Lobe,
+    /// The relative index of refraction that was crossed, of the side of `wo` to that of `wi`; 1 otherwise.
+    pub eta: f64,
+}
+
+/// What a BSDF answers.
+pub trait Model {
+    /// Whether there is anything but single directions, so that connecting to a light can find light.
+    fn is_smooth(&self) -> bool;
+
+    /// `f(wi, wo) |cos θ(wo)|`, without single directions.
+    fn eval_cos(&self, query: &Query, wo: DVec3) -> Rgb;
+
+    /// The density with which [`Model::sample`] draws `wo`, without single directions.
+    fn density(&self, query: &Query, wo: DVec3) -> PerSolidAngle;
+
+    /// Draws a direction; None if the light is absorbed or the draw failed, which then carries nothing.
+    fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<Sample>;
+
+    /// The colour that the `albedo` layer shows: the reflectance, as good as the model knows it.
+    fn albedo(&self, uv: DVec2) -> Rgb;
+
+    /// Whether light gets to the other side.
+    fn transmits(&self) -> bool {
+        false
+    }
+}
+
+catalogue! { ($)
+    /// A surface's way with light.
+    pub enum Bsdf in Category::Bsdf, each_bsdf {
+        /// Lambert's.
+        Diffuse(Diffuse),
+        /// Smooth glass.
+        Dielectric(Dielectric),
+        /// A smooth metal.
+        Conductor(Conductor),
+        /// A rough metal.
+        RoughConductor(RoughConductor),
+        /// The same from behind.
+        TwoSided(TwoSided),
+        /// Nothing at all.
+        Null(Null),
+    }
+}
+
+impl Model for Bsdf {
+    #[inline]
+    fn is_smooth(&self) -> bool {
+        each_bsdf!(self, bsdf => bsdf.is_smooth())
+    }
+
+    #[inline]
+    fn eval_cos(&self, query: &Query, wo: DVec3) -> Rgb {
+        each_bsdf!(self, bsdf => bsdf.eval_cos(query, wo))
+    }
+
+    #[inline]
+    fn density(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
+        each_bsdf!(self, bsdf => bsdf.density(query, wo))
+    }
+
+    #[inline]
+    fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<Sample> {
+        each_bsdf!(self, bsdf => bsdf.sample(query, u1, u2))
+    }
+
+    fn albedo(&self, uv: DVec2) -> Rgb {
+        each_bsdf!(self, bsdf => bsdf.albedo(uv))
+    }
+
+    fn transmits(&self) -> bool {
+        each_bsdf!(self, bsdf => bsdf.transmits())
+    }
+}
+
+/// The mirror direction.
+fn reflect(wi: DVec3) -> DVec3 {
+    DVec3::new(-wi.x, -wi.y, wi.z)
+}

@@ -1,0 +1,53 @@
+use glam::{DVec2, DVec3};
+
+use super::{Lobe, Model, Query, Sample};
+use crate::{
+    math::{PerSolidAngle, Rgb},
+    node::{Category, Described, Params, Plugin, SceneError},
+};
+
+/// A surface that is not there: paths go straight on. As in Mitsuba's `path`, it still stands in the way of a
+/// connection to a light, and it counts as a bounce.
+#[derive(Clone, Debug)]
+pub struct Null;
+
+impl Described for Null {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Bsdf,
+        name: "null",
+        summary: "A surface that lets everything straight through.",
+        params: &[],
+        examples: &[r#"<bsdf type="null"/>"#],
+        evidence: &["reference/null-panes"],
+    };
+
+    fn read(_params: &Params<'_>) -> Result<Self, SceneError> {
+        Ok(Self)
+    }
+}
+
+impl Model for Null {
+    fn is_smooth(&self) -> bool {
+        false
+    }
+
+    fn eval_cos(&self, _query: &Query, _wo: DVec3) -> Rgb {
+        Rgb::ZERO
+    }
+
+    fn density(&self, _query: &Query, _wo: DVec3) -> PerSolidAngle {
+        PerSolidAngle(0.0)
+    }
+
+    fn sample(&self, query: &Query, _u1: f64, _u2: DVec2) -> Option<Sample> {
+        Some(Sample { wo: -query.wi, weight: Rgb::ONE, density: PerSolidAngle(1.0), lobe: Lobe::Null, eta: 1.0 })
+    }
+
+    fn albedo(&self, _uv: DVec2) -> Rgb {
+        Rgb::ONE
+    }
+
+    fn transmits(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,89 @@
+use glam::{DVec2, DVec3};
+
+use super::{Bsdf, Model, Query, Sample};
+use crate::{
+    math::{PerSolidAngle, Rgb, cos_theta},
+    node::{Category, Described, Kind, Param, Params, Plugin, SceneError},
+};
+
+/// Gives the back of a surface the looks of its front, or those of a second BSDF.
+#[derive(Clone, Debug)]
+pub struct TwoSided {
+    front: Box<Bsdf>,
+    back: Box<Bsdf>,
+}
+
+impl Described for TwoSided {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Bsdf,
+        name: "twosided",
+        summary: "Makes the back of a surface look like its front, or like a second bsdf.",
+        params: &[Param::required("bsdf", Kind::Object(Category::Bsdf), "one or two that reflect only: front and back")],
+        examples: &[
+            r#"<bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value="0.3, 0.6, 0.9"/></bsdf></bsdf>"#,
+            r#"<bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value="0.3, 0.6, 0.9"/></bsdf>
+                <bsdf type="roughconductor"><float name="alpha" value="0.3"/></bsdf></bsdf>"#,
+        ],
+        evidence: &[],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        let children = params.children(Category::Bsdf);
+        let place = &params.object().place;
+        if !matches!(children.len(), 1 | 2) {
+            let what = format!("a bsdf \"twosided\" holds one or two bsdfs, this has {}", children.len());
+            return Err(SceneError::at(place, what));
+        }
+        let mut sides = Vec::new();
+        for id in children {
+            let side = Bsdf::read(params.document(), id)?;
+            if side.transmits() {
+                let error = SceneError::at(&params.document().object(id).place, "this bsdf lets light through");
+                return Err(error.hint("only bsdfs that reflect can be two-sided"));
+            }
+            sides.push(side);
+        }
+        let back = Box::new(sides[sides.len() - 1].clone());
+        Ok(Self { front: Box::new(sides.swap_remove(0)), back })
+    }
+}
+
+impl TwoSided {
+    /// The side that is looked at, the query as it looks from there, and the sign that takes its z back.
+    fn side(&self, query: &Query) -> (&Bsdf, Query, f64) {
+        if cos_theta(query.wi) > 0.0 {
+            return (&self.front, *query, 1.0);
+        }
+        (&self.back, Query { wi: flip(query.wi, -1.0), ..*query }, -1.0)
+    }
+}
+
+fn flip(v: DVec3, sign: f64) -> DVec3 {
+    DVec3::new(v.x, v.y, sign * v.z)
+}
+
+impl Model for TwoSided {
+    fn is_smooth(&self) -> bool {
+        self.front.is_smooth() || self.back.is_smooth()
+    }
+
+    fn eval_cos(&self, query: &Query, wo: DVec3) -> Rgb {
+        let (side, query, sign) = self.side(query);
+        side.eval_cos(&query, flip(wo, sign))
+    }
+
+    fn density(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
+        let (side, query, sign) = self.side(query);
+        side.density(&query, flip(wo, sign))
+    }
+
+    fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<Sample> {
+        let (side, query, sign) = self.side(query);
+        let sample = side.sample(&query, u1, u2)?;
+        Some(Sample { wo: flip(sample.wo, sign), ..sample })
+    }
+
+    fn albedo(&self, uv: DVec2) -> Rgb {
+        self.front.albedo(uv)
+    }
+}

@@ -1,0 +1,29 @@
+//! Everything that scene files can name.
+
+use crate::{
+    bsdf::Bsdf,
+    emitter::Emitter,
+    film::{FilmPlugin, Filter},
+    integrator::Integrator,
+    node::Plugin,
+    sampler::Sampler,
+    sensor::Camera,
+    shape::Form,
+    texture::Texture,
+};
+
+/// The manual pages of all plugins, list by list.
+pub fn plugins() -> impl Iterator<Item = &'static Plugin> {
+    let lists = [
+        Integrator::PLUGINS,
+        Camera::PLUGINS,
+        FilmPlugin::PLUGINS,
+        Filter::PLUGINS,
+        Sampler::PLUGINS,
+        Form::PLUGINS,
+        Bsdf::PLUGINS,
+        Texture::PLUGINS,
+        Emitter::PLUGINS,
+    ];
+    lists.into_iter().flatten().copied()
+}

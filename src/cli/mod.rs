@@ -1,0 +1,41 @@
+//! The command line.
+
+mod plugins;
+mod render;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// The exit code of bad input, which clap uses for bad arguments too.
+pub(crate) const BAD_INPUT: u8 = 2;
+/// The exit code of a verdict that failed.
+pub(crate) const FAILED: u8 = 1;
+
+const AFTER_HELP: &str = "Exit codes:
+  0  good
+  1  a verdict failed: an image differs, a row of verify does not hold, or there are too few samples to tell
+  2  bad input: one line on stderr says where and what; nothing is written";
+
+/// A deterministic, seeded light-transport laboratory: renders Mitsuba 3 scenes and proves what it renders.
+#[derive(Debug, Parser)]
+#[command(version, after_help = AFTER_HELP)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Render(render::Render),
+    Plugins(plugins::Plugins),
+}
+
+impl Cli {
+    pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
+        match self.command {
+            Command::Render(command) => command.run(),
+            Command::Plugins(command) => command.run(),
+        }
+    }
+}

@@ -1,0 +1,152 @@
+use std::{
+    io::IsTerminal as _,
+    path::{Path, PathBuf},
+    process::ExitCode,
+    time::Instant,
+};
+
+use anyhow::Context as _;
+use clap::Args;
+use etendue::{
+    film::{Image, exr, picture},
+    integrator::Overrides,
+    node::{Document, xml},
+    provenance,
+    render::{Pass, Renderer},
+    sampler::Model as _,
+};
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// Renders a scene into an OpenEXR file.
+///
+/// The file has R, G and B as 32-bit floats, the layers that the integrator makes, the variance of the mean as
+/// variance.R, .G and .B, and says in its header how it was made.
+#[derive(Debug, Args)]
+pub(crate) struct Render {
+    #[command(flatten)]
+    source: Source,
+    /// The image to write.
+    #[arg(short, long, value_name = "OUT.exr")]
+    output: PathBuf,
+    /// Also write a tone-mapped picture beside the image.
+    #[arg(long)]
+    png: bool,
+    /// The exposure of the picture in stops [default: automatic].
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, requires = "png")]
+    exposure: Option<f64>,
+    /// Print one sample of one pixel instead of rendering: its column, row and number, from 0.
+    #[arg(long, value_name = "X,Y,SAMPLE", value_delimiter = ',', num_args = 3)]
+    replay: Option<Vec<u32>>,
+}
+
+/// What to render and how.
+#[derive(Debug, Args)]
+struct Source {
+    /// The scene, in Mitsuba 3's XML.
+    #[arg(value_name = "SCENE.xml")]
+    scene: PathBuf,
+    /// Set a $parameter of the scene.
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = definition)]
+    define: Vec<(String, String)>,
+    /// Replace the scene's integrator, keeping its max_depth and rr_depth.
+    #[arg(long, value_name = "NAME")]
+    integrator: Option<String>,
+    /// Set a parameter of the integrator.
+    #[arg(long, value_name = "NAME=VALUE", value_parser = definition)]
+    param: Vec<(String, String)>,
+    /// Samples per pixel [default: the scene's sample_count].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    spp: Option<u32>,
+    /// The seed [default: the sampler's, or 0].
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Threads [default: one per core]. The image does not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+}
+
+fn definition(text: &str) -> Result<(String, String), String> {
+    let (name, value) = text.split_once('=').ok_or("write it as name=value")?;
+    Ok((name.to_owned(), value.to_owned()))
+}
+
+impl Render {
+    pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
+        let document = xml::read(&self.source.scene, &self.source.define)?;
+        let overrides = Overrides { name: self.source.integrator.clone(), params: self.source.param.clone() };
+        let renderer = Renderer::new(&document, &overrides)?;
+        for warning in renderer.scene.warnings() {
+            eprintln!("warning: {warning}");
+        }
+        let sampler = &renderer.scene.sensor.sampler;
+        let pass = Pass {
+            seed: self.source.seed.unwrap_or(sampler.seed()),
+            number: 0,
+            samples: self.source.spp.unwrap_or(sampler.sample_count()),
+        };
+        if let Some(at) = &self.replay {
+            return replay(&renderer, pass, [at[0], at[1], at[2]]);
+        }
+        check_writable(&self.output)?;
+        let threads = usize::from(self.source.threads.unwrap_or(0));
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().context("cannot start threads")?;
+        let start = Instant::now();
+        let image = pool.install(|| gather(&renderer, pass));
+        let seconds = start.elapsed().as_secs_f64();
+        self.write(&document, &image, pass, seconds)?;
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn write(&self, document: &Document, image: &Image, pass: Pass, seconds: f64) -> anyhow::Result<()> {
+        let integrator = self.source.integrator.clone().unwrap_or_else(|| "as in the scene".into());
+        let params: Vec<_> = self.source.param.iter().chain(&self.source.define).map(|(n, v)| format!("{n}={v}")).collect();
+        let attributes = [
+            ("etendue.version", provenance::version()),
+            ("etendue.scene", self.source.scene.display().to_string()),
+            ("etendue.scene_sha256", provenance::scene_hash(document)?),
+            ("etendue.integrator", integrator),
+            ("etendue.parameters", params.join(" ")),
+            ("etendue.spp", pass.samples.to_string()),
+            ("etendue.seed", pass.seed.to_string()),
+            ("etendue.seconds", format!("{seconds:.3}")),
+        ]
+        .map(|(name, value)| (name.to_owned(), value));
+        exr::write(&self.output, image, &attributes)?;
+        if self.png {
+            let pixels = image.rgb(["R", "G", "B"]).expect("every image has R, G and B");
+            let exposure = self.exposure.unwrap_or_else(|| picture::automatic_exposure(&pixels));
+            let picture = picture::tone_mapped(image.crop.width, &pixels, exposure);
+            picture::write_png(&self.output.with_extension("png"), &picture)?;
+        }
+        Ok(())
+    }
+}
+
+/// Finds out before the work whether its result can be kept.
+fn check_writable(output: &Path) -> anyhow::Result<()> {
+    let folder = output.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    anyhow::ensure!(!output.is_dir(), "{}: is a folder", output.display());
+    tempfile::tempfile_in(folder).map(drop).with_context(|| format!("{}: cannot be written", output.display()))
+}
+
+/// Renders with a progress bar, which is silent when nobody watches.
+fn gather(renderer: &Renderer, pass: Pass) -> Image {
+    let crop = renderer.scene.sensor.film.rendered();
+    let total = u64::from(crop.width) * u64::from(crop.height) * u64::from(pass.samples);
+    let bar = if std::io::stderr().is_terminal() { ProgressBar::new(total) } else { ProgressBar::hidden() };
+    let style = ProgressStyle::with_template("{wide_bar} {percent}% {per_sec} samples, {eta} left");
+    bar.set_style(style.expect("the template is right"));
+    let film = renderer.render(pass, &|samples| bar.inc(samples));
+    bar.finish_and_clear();
+    film.image()
+}
+
+fn replay(renderer: &Renderer, pass: Pass, [x, y, sample]: [u32; 3]) -> anyhow::Result<ExitCode> {
+    let crop = renderer.scene.sensor.film.rendered();
+    anyhow::ensure!(x < crop.width && y < crop.height, "pixel {x},{y} is outside of the {} x {} film", crop.width, crop.height);
+    anyhow::ensure!(sample < pass.samples, "sample {sample} is not among the {} of a pixel", pass.samples);
+    let mut values = vec![0.0; renderer.film().stride()];
+    let radiance = renderer.sample(pass, (x, y), sample, &mut values);
+    println!("{:?} {:?} {:?}", radiance.x, radiance.y, radiance.z);
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,56 @@
+use glam::{DVec2, DVec3};
+
+use super::{Incident, Model};
+use crate::{
+    math::{Ray, Rgb},
+    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
+    shape::Shape,
+};
+
+/// Parallel light from infinitely far away.
+#[derive(Clone, Debug)]
+pub struct Directional {
+    /// The unit direction in which the light travels.
+    direction: DVec3,
+    irradiance: Rgb,
+}
+
+impl Described for Directional {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Emitter,
+        name: "directional",
+        summary: "Parallel light from infinitely far away.",
+        params: &[
+            Param::optional("direction", Kind::Point, "the z axis of to_world", "in which direction the light travels"),
+            Param::optional("to_world", Kind::Transform, "the identity", "where its z axis goes, instead of direction"),
+            Param::new("irradiance", Kind::Rgb, "1", "on a surface across the light, in W/m²").within(Range::NON_NEGATIVE),
+        ],
+        examples: &[r#"<emitter type="directional"><vector name="direction" x="1" y="-2" z="0.5"/></emitter>"#],
+        evidence: &["radiometry/directional-light"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        let direction = match params.optional_point("direction")? {
+            Some(_) if params.find("to_world").is_some() => {
+                return Err(params.error("direction", "a directional light has both \"direction\" and \"to_world\"").hint("give one"));
+            }
+            Some(direction) => direction,
+            None => params.transform("to_world")?.transform_vector3(DVec3::Z),
+        };
+        let Some(direction) = direction.try_normalize() else {
+            return Err(params.error("direction", "the direction has no length"));
+        };
+        Ok(Self { direction, irradiance: params.rgb("irradiance")? })
+    }
+}
+
+impl Model for Directional {
+    fn sample_towards(&self, _shape: Option<&Shape>, from: DVec3, _u: DVec2) -> Option<Incident> {
+        Some(Incident {
+            direction: -self.direction,
+            shadow_ray: Ray::leaving(from, -self.direction),
+            value: self.irradiance,
+            density: None,
+        })
+    }
+}

@@ -1,0 +1,112 @@
+//! `OpenEXR` files.
+
+use std::{
+    io::{BufWriter, Write as _},
+    path::Path,
+};
+
+use exr::prelude::{
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, IntegerBounds, Layer, LayerAttributes, ReadChannels,
+    ReadLayers, Text, Vec2, WritableImage,
+};
+use glam::DVec2;
+
+use super::{Crop, Image};
+
+/// Why a file could not be written or read: one line that names it.
+#[derive(Debug, thiserror::Error)]
+#[error("{file}: {what}")]
+pub struct FileError {
+    /// The file.
+    pub file: String,
+    /// What is wrong.
+    pub what: String,
+}
+
+impl FileError {
+    /// A fault of a file.
+    pub fn new(path: &Path, what: impl std::fmt::Display) -> Self {
+        Self { file: path.display().to_string(), what: what.to_string() }
+    }
+}
+
+/// Writes a file as a whole or not at all: beside its place first, then renamed.
+///
+/// # Errors
+/// If the folder cannot be written to.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    let fault = |error: &dyn std::fmt::Display| FileError::new(path, error);
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if path.is_dir() {
+        return Err(fault(&"is a folder"));
+    }
+    let mut file = tempfile::Builder::new().prefix(".etendue").tempfile_in(folder).map_err(|e| fault(&e))?;
+    BufWriter::new(&mut file).write_all(bytes).map_err(|e| fault(&e))?;
+    set_permissions(&file).map_err(|e| fault(&e))?;
+    file.persist(path).map(drop).map_err(|e| fault(&e.error))
+}
+
+/// Temporary files are private; results are as readable as other files.
+fn set_permissions(file: &tempfile::NamedTempFile) -> std::io::Result<()> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644))?;
+    }
+    Ok(())
+}
+
+/// Writes an image with text attributes in its header, as 32-bit floats with lossless compression.
+///
+/// # Errors
+/// If the file cannot be written; then there is none.
+pub fn write(path: &Path, image: &Image, attributes: &[(String, String)]) -> Result<(), FileError> {
+    let channel = |(name, values): &(String, Vec<f32>)| AnyChannel::new(name.as_str(), FlatSamples::F32(values.clone()));
+    let channels = AnyChannels::sort(image.channels.iter().map(channel).collect());
+    let mut header = LayerAttributes::default();
+    header.layer_position = Vec2(image.crop.x as i32, image.crop.y as i32);
+    header.software_name = Some(Text::from("etendue"));
+    for (name, value) in attributes {
+        header.other.insert(Text::from(name.as_str()), AttributeValue::Text(Text::from(value.as_str())));
+    }
+    let size = Vec2(image.crop.width as usize, image.crop.height as usize);
+    let layer = Layer::new(size, header, Encoding::SMALL_LOSSLESS, channels);
+    let mut file = exr::prelude::Image::from_layer(layer);
+    let whole = Vec2(image.size.x as usize, image.size.y as usize);
+    file.attributes.display_window = IntegerBounds::new((0, 0), whole);
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    file.write().to_buffered(&mut bytes).map_err(|error| FileError::new(path, error))?;
+    write_whole(path, bytes.get_ref())
+}
+
+/// Reads all channels of the first layer of a file.
+///
+/// # Errors
+/// If the file cannot be read or is no `OpenEXR` image.
+pub fn read(path: &Path) -> Result<Image, FileError> {
+    let bytes = std::fs::read(path).map_err(|error| FileError::new(path, error))?;
+    let reader = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer();
+    let file = reader.all_attributes().from_buffered(std::io::Cursor::new(bytes));
+    let file = file.map_err(|error| FileError::new(path, error))?;
+    let layer = file.layer_data;
+    let values = |samples: FlatSamples| match samples {
+        FlatSamples::F32(values) => values,
+        FlatSamples::F16(values) => values.into_iter().map(f32::from).collect(),
+        FlatSamples::U32(values) => values.into_iter().map(|x| x as f32).collect(),
+    };
+    let mut channels: Vec<_> =
+        layer.channel_data.list.into_iter().map(|c| (c.name.to_string(), values(c.sample_data))).collect();
+    channels.sort_by_key(|(name, _)| (["R", "G", "B"].iter().position(|known| known == name).unwrap_or(3), name.clone()));
+    let position = layer.attributes.layer_position;
+    let window = file.attributes.display_window;
+    Ok(Image {
+        crop: Crop {
+            x: (position.0 - window.position.0).max(0) as u32,
+            y: (position.1 - window.position.1).max(0) as u32,
+            width: layer.size.0 as u32,
+            height: layer.size.1 as u32,
+        },
+        size: DVec2::new(window.size.0 as f64, window.size.1 as f64),
+        channels,
+    })
+}

@@ -1,0 +1,152 @@
+//! The film: which pixels there are and how they are reconstructed, the layers that gather samples, and image files.
+
+pub mod exr;
+pub mod filter;
+mod layers;
+pub mod picture;
+
+pub use filter::Filter;
+pub use layers::{Film, Image, LayerSpec, Pixels, Source, VARIANCE};
+
+use glam::DVec2;
+
+use crate::node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError, catalogue};
+use filter::Profile;
+
+catalogue! { ($)
+    /// A film.
+    pub enum FilmPlugin in Category::Film, each_film {
+        /// High dynamic range, into `OpenEXR` files.
+        Hdr(HdrFilm),
+    }
+}
+
+/// The format of the image: sizes in pixels, and the filter. Files are always `OpenEXR` with 32-bit floats; Mitsuba's
+/// parameters about files are read and make no difference.
+#[derive(Clone, Debug)]
+pub struct HdrFilm {
+    width: u32,
+    height: u32,
+    crop: Crop,
+    profile: Profile,
+    sample_border: bool,
+}
+
+/// The part of the film that is rendered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crop {
+    /// The first column.
+    pub x: u32,
+    /// The first row.
+    pub y: u32,
+    /// How many columns.
+    pub width: u32,
+    /// How many rows.
+    pub height: u32,
+}
+
+/// No more pixels than this are gathered, some 10 GB of sums.
+const MOST_PIXELS: u64 = 100_000_000;
+const SIZE: Range = Range { min: 1.0, max: 1_000_000.0, open: false };
+
+impl Described for HdrFilm {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Film,
+        name: "hdrfilm",
+        summary: "An image of high dynamic range.",
+        params: &[
+            Param::new("width", Kind::Integer, "768", "columns").within(SIZE),
+            Param::new("height", Kind::Integer, "576", "rows").within(SIZE),
+            Param::new("crop_offset_x", Kind::Integer, "0", "the first column that is rendered").within(Range::NON_NEGATIVE),
+            Param::new("crop_offset_y", Kind::Integer, "0", "the first row that is rendered").within(Range::NON_NEGATIVE),
+            Param::optional("crop_width", Kind::Integer, "the rest", "columns that are rendered").within(SIZE),
+            Param::optional("crop_height", Kind::Integer, "the rest", "rows that are rendered").within(SIZE),
+            Param::new("sample_border", Kind::Boolean, "false", "whether wide filters reach beyond the crop's border"),
+            Param::new("file_format", Kind::Choice(&["openexr", "rgbe", "pfm"]), "openexr", "read; files are OpenEXR"),
+            Param::new("pixel_format", Kind::Choice(&["luminance", "luminance_alpha", "rgb", "rgba", "xyz", "xyza"]), "rgb", "read; files hold RGB"),
+            Param::new("component_format", Kind::Choice(&["float16", "float32", "uint32"]), "float16", "read; files hold float32"),
+            Param::new("compensate", Kind::Boolean, "false", "read; sums are always exact"),
+            Param::new("banner", Kind::Boolean, "true", "read; there is none"),
+            Param::optional("rfilter", Kind::Object(Category::Filter), "gaussian", "the reconstruction filter"),
+        ],
+        examples: &[r#"<film type="hdrfilm"><integer name="width" value="64"/><integer name="height" value="32"/>
+            <rfilter type="box"/></film>"#],
+        evidence: &["film/filter"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        for ignored in ["file_format", "pixel_format", "component_format"] {
+            params.string(ignored)?;
+        }
+        for ignored in ["compensate", "banner"] {
+            params.boolean(ignored)?;
+        }
+        let integer = |name| params.integer(name).map(|i| i.unsigned_abs() as u32);
+        let (width, height) = (integer("width")?, integer("height")?);
+        let crop = Self::crop(params, width, height)?;
+        if u64::from(crop.width) * u64::from(crop.height) > MOST_PIXELS {
+            let error = params.error("width", format!("a film of {} x {} pixels", crop.width, crop.height));
+            return Err(error.hint(format!("at most {MOST_PIXELS} pixels can be rendered at once")));
+        }
+        let filter = match params.child(Category::Filter)? {
+            Some(id) => Filter::read(params.document(), id)?,
+            None => filter::Gaussian::default().into(),
+        };
+        let sample_border = params.boolean("sample_border")?;
+        Ok(Self { width, height, crop, profile: Profile::new(&filter), sample_border })
+    }
+}
+
+impl HdrFilm {
+    fn crop(params: &Params<'_>, width: u32, height: u32) -> Result<Crop, SceneError> {
+        let along = |offset, size, whole: u32| {
+            let start = params.integer(offset)?.unsigned_abs();
+            let rest = u64::from(whole).saturating_sub(start);
+            let length = if params.find(size).is_some() { params.integer(size)?.unsigned_abs() } else { rest };
+            if length == 0 || length > rest {
+                let what = format!("the crop of {length} from {start} does not lie within the film's {whole}");
+                return Err(params.error(size, what));
+            }
+            Ok((start as u32, length as u32))
+        };
+        let (x, crop_width) = along("crop_offset_x", "crop_width", width)?;
+        let (y, crop_height) = along("crop_offset_y", "crop_height", height)?;
+        Ok(Crop { x, y, width: crop_width, height: crop_height })
+    }
+
+    /// The whole film's size, which the sensor's field of view spans.
+    #[must_use]
+    pub fn size(&self) -> DVec2 {
+        DVec2::new(f64::from(self.width), f64::from(self.height))
+    }
+
+    /// The part that is rendered.
+    #[must_use]
+    pub fn rendered(&self) -> Crop {
+        self.crop
+    }
+
+    /// Draws a position on the film, in pixels, for the pixel in column `x` and row `y` of the rendered part.
+    #[must_use]
+    pub fn sample(&self, x: u32, y: u32, u: DVec2) -> DVec2 {
+        DVec2::new(
+            self.along(self.crop.x, x, self.crop.width, u.x),
+            self.along(self.crop.y, y, self.crop.height, u.y),
+        )
+    }
+
+    fn along(&self, first: u32, index: u32, count: u32, u: f64) -> f64 {
+        let centre = f64::from(index) + 0.5;
+        // Without a sampled border, the filter's part beyond it is cut off, as it is in Mitsuba.
+        let (from, to) = if self.sample_border { (f64::MIN, f64::MAX) } else { (-centre, f64::from(count) - centre) };
+        f64::from(first) + centre + self.profile.sample_within(u, from, to)
+    }
+}
+
+impl FilmPlugin {
+    /// The format, whichever plugin gives it.
+    #[must_use]
+    pub fn format(&self) -> &HdrFilm {
+        each_film!(self, film => film)
+    }
+}

@@ -1,0 +1,126 @@
+use super::{Integrator, Model};
+use crate::{
+    bsdf::Model as _,
+    film::{LayerSpec, Source},
+    math::{Ray, Rgb},
+    node::{Category, Described, Kind, Param, Params, Plugin, SceneError},
+    sampler::PathNumbers,
+    scene::{Scene, Vertex},
+};
+
+/// Layers that show what the first surface is like, beside the image of another integrator if there is one inside.
+/// Each is the mean over the pixel's samples, of 0 where there is no surface.
+#[derive(Clone, Debug)]
+pub struct Aov {
+    layers: Vec<(String, Quantity)>,
+    child: Option<Box<Integrator>>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Quantity {
+    Depth,
+    Position,
+    Uv,
+    GeoNormal,
+    ShNormal,
+    Albedo,
+    PrimIndex,
+    ShapeIndex,
+    SampleCount,
+}
+
+/// The one list of what a layer can show: the word in `aovs`, and the channels.
+const QUANTITIES: [(&str, Quantity, &[&str]); 9] = [
+    ("depth", Quantity::Depth, &["T"]),
+    ("position", Quantity::Position, &["X", "Y", "Z"]),
+    ("uv", Quantity::Uv, &["U", "V"]),
+    ("geo_normal", Quantity::GeoNormal, &["X", "Y", "Z"]),
+    ("sh_normal", Quantity::ShNormal, &["X", "Y", "Z"]),
+    ("albedo", Quantity::Albedo, &["R", "G", "B"]),
+    ("prim_index", Quantity::PrimIndex, &["I"]),
+    ("shape_index", Quantity::ShapeIndex, &["I"]),
+    ("sample_count", Quantity::SampleCount, &["N"]),
+];
+
+impl Quantity {
+    fn channels(self) -> &'static [&'static str] {
+        QUANTITIES.iter().find(|(_, quantity, _)| *quantity == self).expect("every quantity is in the list").2
+    }
+
+    fn write(self, scene: &Scene, vertex: &Vertex, out: &mut [f64]) {
+        let surface = &vertex.surface;
+        match self {
+            Self::Depth => out[0] = vertex.t,
+            Self::Position => surface.p.write_to_slice(out),
+            Self::Uv => surface.uv.write_to_slice(out),
+            Self::GeoNormal => surface.n.write_to_slice(out),
+            Self::ShNormal => surface.shading.n.write_to_slice(out),
+            Self::Albedo => scene.bsdf(vertex).albedo(surface.uv).write_to_slice(out),
+            Self::PrimIndex => out[0] = f64::from(surface.primitive),
+            Self::ShapeIndex => out[0] = vertex.part as f64,
+            Self::SampleCount => {}
+        }
+    }
+}
+
+impl Described for Aov {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Integrator,
+        name: "aov",
+        summary: "Layers of what the first surface is like, beside another integrator's image.",
+        params: &[
+            Param::required(
+                "aovs",
+                Kind::String,
+                "layers as name:quantity, separated by commas; quantities: depth, position, uv, geo_normal, sh_normal, \
+                 albedo, prim_index, shape_index, sample_count",
+            ),
+            Param::optional("integrator", Kind::Object(Category::Integrator), "a black image", "the integrator that renders"),
+        ],
+        examples: &[r#"<integrator type="aov"><string name="aovs" value="dd:depth,nn:sh_normal"/><integrator type="path"/></integrator>"#],
+        evidence: &["reference/aov-still-life", "film/aov"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        let layers = params.string("aovs")?.split(',').map(|item| layer(params, item.trim())).collect::<Result<_, _>>()?;
+        let child = params.child(Category::Integrator)?.map(|id| Integrator::read(params.document(), id)).transpose()?;
+        Ok(Self { layers, child: child.map(Box::new) })
+    }
+}
+
+fn layer(params: &Params<'_>, item: &str) -> Result<(String, Quantity), SceneError> {
+    let found = item.split_once(':').and_then(|(name, word)| {
+        let known = QUANTITIES.iter().find(|(known, ..)| *known == word.trim())?;
+        (!name.is_empty()).then(|| (name.trim().to_owned(), known.1))
+    });
+    found.ok_or_else(|| {
+        let words: Vec<_> = QUANTITIES.iter().map(|(word, ..)| *word).collect();
+        let error = params.error("aovs", format!("\"{item}\" is no layer"));
+        error.hint(format!("write name:quantity, with one of {}", words.join(", ")))
+    })
+}
+
+impl Model for Aov {
+    fn layers(&self) -> Vec<LayerSpec> {
+        let own = self.layers.iter().map(|(name, quantity)| LayerSpec {
+            name: name.clone(),
+            channels: quantity.channels(),
+            source: if *quantity == Quantity::SampleCount { Source::Count } else { Source::Sampled },
+        });
+        own.chain(self.child.iter().flat_map(|child| child.layers())).collect()
+    }
+
+    fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
+        let sampled = self.layers.iter().filter(|(_, quantity)| *quantity != Quantity::SampleCount);
+        let mut rest = layers;
+        let vertex = scene.intersect(ray);
+        for (_, quantity) in sampled {
+            let (own, others) = rest.split_at_mut(quantity.channels().len());
+            if let Some(vertex) = &vertex {
+                quantity.write(scene, vertex, own);
+            }
+            rest = others;
+        }
+        self.child.as_ref().map_or(Rgb::ZERO, |child| child.radiance(scene, ray, numbers, rest))
+    }
+}

@@ -1,0 +1,33 @@
+use super::Model;
+use crate::{
+    math::{Ray, Rgb},
+    node::{Category, Described, Params, Plugin, SceneError},
+    sampler::PathNumbers,
+    scene::Scene,
+};
+
+/// The distance from the near clipping plane to the first surface along the ray, 0 where there is none; the same in
+/// all three channels.
+#[derive(Clone, Debug)]
+pub struct Depth;
+
+impl Described for Depth {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Integrator,
+        name: "depth",
+        summary: "The distance to the first surface, from the near clipping plane.",
+        params: &[],
+        examples: &[r#"<integrator type="depth"/>"#],
+        evidence: &["reference/depth-crop"],
+    };
+
+    fn read(_params: &Params<'_>) -> Result<Self, SceneError> {
+        Ok(Self)
+    }
+}
+
+impl Model for Depth {
+    fn radiance(&self, scene: &Scene, ray: &Ray, _numbers: &mut PathNumbers, _layers: &mut [f64]) -> Rgb {
+        Rgb::splat(scene.intersect(ray).map_or(0.0, |vertex| vertex.t))
+    }
+}

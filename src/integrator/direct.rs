@@ -1,0 +1,82 @@
+use super::{HIDE_EMITTERS, Model, first_vertex};
+use crate::{
+    bsdf::{Lobe, Model as _},
+    math::{PerSolidAngle, Ray, Rgb},
+    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
+    sampler::{Numbers as _, PathNumbers},
+    scene::Scene,
+    transport::{Junction, power_heuristic},
+};
+
+/// Light that is emitted towards the camera or scattered once, with so many samples of lights and of the BSDF,
+/// combined by the power heuristic.
+#[derive(Clone, Debug)]
+pub struct Direct {
+    emitter_samples: u32,
+    bsdf_samples: u32,
+    hide_emitters: bool,
+}
+
+const COUNT: Range = Range { min: 0.0, max: 1e6, open: false };
+
+impl Described for Direct {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Integrator,
+        name: "direct",
+        summary: "Light that is scattered at most once.",
+        params: &[
+            Param::new("shading_samples", Kind::Integer, "1", "samples of lights, and as many of the bsdf").within(COUNT),
+            Param::optional("emitter_samples", Kind::Integer, "shading_samples", "samples of lights").within(COUNT),
+            Param::optional("bsdf_samples", Kind::Integer, "shading_samples", "samples of the bsdf").within(COUNT),
+            HIDE_EMITTERS,
+        ],
+        examples: &[r#"<integrator type="direct"><integer name="emitter_samples" value="2"/></integrator>"#],
+        evidence: &["radiometry/direct-strategies"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        let shared = params.integer("shading_samples")?;
+        let count = |name| Ok(if params.find(name).is_some() { params.integer(name)? } else { shared }.unsigned_abs() as u32);
+        let (emitter_samples, bsdf_samples) = (count("emitter_samples")?, count("bsdf_samples")?);
+        if emitter_samples + bsdf_samples == 0 {
+            return Err(SceneError::at(&params.object().place, "the integrator has no samples at all"));
+        }
+        Ok(Self { emitter_samples, bsdf_samples, hide_emitters: params.boolean(HIDE_EMITTERS.name)? })
+    }
+}
+
+impl Model for Direct {
+    fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, _layers: &mut [f64]) -> Rgb {
+        let Some(vertex) = first_vertex(scene, ray, self.hide_emitters) else {
+            return if self.hide_emitters { Rgb::ZERO } else { scene.sky(ray.direction) };
+        };
+        let mut radiance = if self.hide_emitters { Rgb::ZERO } else { scene.emitted(&vertex) };
+        let shares = [f64::from(self.emitter_samples), f64::from(self.bsdf_samples)];
+        let junction = Junction::new(scene, vertex);
+        for _ in 0..self.emitter_samples {
+            radiance += junction.connect(scene, numbers, shares) / shares[0];
+        }
+        for _ in 0..self.bsdf_samples {
+            radiance += by_bsdf(scene, &junction, numbers, shares) / shares[1];
+        }
+        radiance
+    }
+}
+
+/// The light in a direction that the BSDF draws.
+fn by_bsdf(scene: &Scene, junction: &Junction<'_>, numbers: &mut PathNumbers, shares: [f64; 2]) -> Rgb {
+    let Some(sample) = junction.bsdf.sample(&junction.query, numbers.next_1d(), numbers.next_2d()) else {
+        return Rgb::ZERO;
+    };
+    let direction = junction.vertex.surface.shading.to_world(sample.wo);
+    let met = scene.intersect(&Ray::leaving(junction.p(), direction));
+    let light = met.map_or_else(|| scene.sky(direction), |vertex| scene.emitted(&vertex));
+    let weight = match sample.lobe {
+        Lobe::Smooth => {
+            let by_light = scene.light_density(junction.p(), met.as_ref());
+            power_heuristic(PerSolidAngle(shares[1] * sample.density.0), PerSolidAngle(shares[0] * by_light.0))
+        }
+        Lobe::Delta | Lobe::Null => 1.0,
+    };
+    weight * sample.weight * light
+}

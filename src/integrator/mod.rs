@@ -1,0 +1,154 @@
+//! Estimators of the radiance along a ray.
+
+mod aov;
+mod depth;
+mod direct;
+mod moment;
+mod path;
+
+pub use aov::Aov;
+pub use depth::Depth;
+pub use direct::Direct;
+pub use moment::Moment;
+pub use path::Path;
+
+use crate::{
+    film::LayerSpec,
+    math::{Ray, Rgb},
+    node::{Category, Document, Kind, Object, ObjectId, Param, Params, Property, Range, SceneError, Value, catalogue},
+    sampler::PathNumbers,
+    scene::{Scene, Vertex},
+};
+
+/// What an integrator answers.
+pub trait Model {
+    /// Layers beside the beauty.
+    fn layers(&self) -> Vec<LayerSpec> {
+        Vec::new()
+    }
+
+    /// An estimate of the radiance that comes back along a camera's ray. What its sampled layers show of this ray goes
+    /// into `layers`, as many values as they have channels.
+    fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb;
+}
+
+catalogue! { ($)
+    /// An integrator.
+    pub enum Integrator in Category::Integrator, each_integrator {
+        /// Path tracing.
+        Path(Path),
+        /// Direct light only.
+        Direct(Direct),
+        /// The distance to the first surface.
+        Depth(Depth),
+        /// Layers of what the first surface is like.
+        Aov(Aov),
+        /// The second moment beside the mean.
+        Moment(Moment),
+    }
+}
+
+impl Model for Integrator {
+    fn layers(&self) -> Vec<LayerSpec> {
+        each_integrator!(self, integrator => integrator.layers())
+    }
+
+    fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
+        each_integrator!(self, integrator => integrator.radiance(scene, ray, numbers, layers))
+    }
+}
+
+const HIDE_EMITTERS: Param =
+    Param::new("hide_emitters", Kind::Boolean, "false", "whether the camera sees through lights, and a black sky");
+const MAX_DEPTH: Param = Param::new("max_depth", Kind::Integer, "-1", "segments of the longest path; 1 is emission only, -1 no limit")
+    .within(Range { min: -1.0, max: 4_294_967_295.0, open: false });
+const RR_DEPTH: Param = Param::new("rr_depth", Kind::Integer, "5", "segments after which Russian roulette begins")
+    .within(Range { min: 1.0, max: 4_294_967_295.0, open: false });
+
+/// How long paths may be.
+#[derive(Clone, Copy, Debug)]
+struct Depths {
+    max: u32,
+    roulette: u32,
+}
+
+impl Depths {
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        let max = params.integer(MAX_DEPTH.name)?;
+        let roulette = params.integer(RR_DEPTH.name)?.unsigned_abs() as u32;
+        Ok(Self { max: u32::try_from(max).unwrap_or(u32::MAX), roulette })
+    }
+}
+
+/// What the camera sees first. With `hide_emitters` it looks through every light.
+fn first_vertex(scene: &Scene, ray: &Ray, hide_emitters: bool) -> Option<Vertex> {
+    let mut vertex = scene.intersect(ray)?;
+    while hide_emitters && scene.is_light(&vertex) {
+        let beyond = Ray { t_max: ray.t_max - vertex.t, ..Ray::leaving(vertex.surface.p, ray.direction) };
+        vertex = Vertex { t: vertex.t, ..scene.intersect(&beyond)? };
+    }
+    Some(vertex)
+}
+
+/// What the command line changes about a scene's integrator.
+#[derive(Clone, Debug, Default)]
+pub struct Overrides {
+    /// The name of another integrator, which keeps `max_depth` and `rr_depth` as far as it has them.
+    pub name: Option<String>,
+    /// Parameters, as name and text.
+    pub params: Vec<(String, String)>,
+}
+
+impl Integrator {
+    /// The integrator of a scene's document.
+    ///
+    /// # Errors
+    /// If the scene has none and none is named, or it is wrong.
+    pub fn of_scene(document: &Document, overrides: &Overrides) -> Result<Self, SceneError> {
+        let mut document = document.clone();
+        let root = document.object(document.root);
+        let own = root.properties.iter().find_map(|property| match property.value {
+            Value::Object(id) if document.object(id).category == Category::Integrator => Some(id),
+            _ => None,
+        });
+        let id = match (own, &overrides.name) {
+            (None, None) => {
+                let error = SceneError::at(&root.place, "the scene has no integrator");
+                return Err(error.hint("give it one, or name one with --integrator"));
+            }
+            (Some(id), None) => id,
+            (own, Some(name)) => replaced(&mut document, own, name),
+        };
+        for (name, text) in &overrides.params {
+            set(&mut document.objects[id.0], name, text);
+        }
+        Self::read(&document, id)
+    }
+}
+
+/// Adds an integrator that keeps the depths of the scene's own.
+fn replaced(document: &mut Document, own: Option<ObjectId>, name: &str) -> ObjectId {
+    let template = document.object(own.unwrap_or(document.root)).clone();
+    let known = Integrator::PLUGINS.iter().find(|plugin| plugin.name == name);
+    let has = |param: &str| known.is_some_and(|plugin| plugin.params.iter().any(|p| p.name == param));
+    let kept = |p: &Property| own.is_some() && [MAX_DEPTH.name, RR_DEPTH.name].contains(&p.name.as_str()) && has(&p.name);
+    let properties = template.properties.iter().filter(|p| kept(p)).cloned().collect();
+    let category = Category::Integrator;
+    document.objects.push(Object { category, plugin: name.to_owned(), id: None, properties, ..template });
+    ObjectId(document.objects.len() - 1)
+}
+
+/// Sets a parameter from text, of the type that the text looks like.
+fn set(object: &mut Object, name: &str, text: &str) {
+    let value = if let Ok(integer) = text.parse() {
+        Value::Integer(integer)
+    } else if let Ok(float) = text.parse() {
+        Value::Float(float)
+    } else if let Ok(boolean) = text.parse() {
+        Value::Boolean(boolean)
+    } else {
+        Value::String(text.to_owned())
+    };
+    object.properties.retain(|property| property.name != name);
+    object.properties.push(Property { name: name.to_owned(), value, place: object.place.clone() });
+}

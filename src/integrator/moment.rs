@@ -1,0 +1,44 @@
+use super::{Integrator, Model};
+use crate::{
+    film::{LayerSpec, Source},
+    math::{Ray, Rgb},
+    node::{Category, Described, Kind, Param, Params, Plugin, SceneError},
+    sampler::PathNumbers,
+    scene::Scene,
+};
+
+/// Renders another integrator's image and writes the mean of the squares of its samples as the layer `m2`. (Every
+/// image has the variance of its mean as a layer anyway; Mitsuba's channels `m2_*` are of X, Y and Z, these of R, G, B.)
+#[derive(Clone, Debug)]
+pub struct Moment {
+    child: Box<Integrator>,
+}
+
+impl Described for Moment {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Integrator,
+        name: "moment",
+        summary: "Another integrator's image with the second moment of its samples.",
+        params: &[Param::required("integrator", Kind::Object(Category::Integrator), "the integrator that renders")],
+        examples: &[r#"<integrator type="moment"><integrator type="path"/></integrator>"#],
+        evidence: &["reference/moment-still-life"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        let Some(child) = params.child(Category::Integrator)? else {
+            return Err(SceneError::at(&params.object().place, "an integrator \"moment\" holds another integrator"));
+        };
+        Ok(Self { child: Box::new(Integrator::read(params.document(), child)?) })
+    }
+}
+
+impl Model for Moment {
+    fn layers(&self) -> Vec<LayerSpec> {
+        let second = LayerSpec { name: "m2".into(), channels: &["R", "G", "B"], source: Source::SecondMoment };
+        self.child.layers().into_iter().chain([second]).collect()
+    }
+
+    fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
+        self.child.radiance(scene, ray, numbers, layers)
+    }
+}

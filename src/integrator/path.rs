@@ -1,0 +1,97 @@
+use super::{Depths, HIDE_EMITTERS, MAX_DEPTH, Model, RR_DEPTH, first_vertex};
+use crate::{
+    bsdf::{Lobe, Model as _},
+    math::{PerSolidAngle, Ray, Rgb},
+    node::{Category, Described, Params, Plugin, SceneError},
+    sampler::{Numbers as _, PathNumbers},
+    scene::{Scene, Vertex},
+    transport::{Junction, power_heuristic, survival},
+};
+
+/// Path tracing with next event estimation and multiple importance sampling by the power heuristic, the same
+/// estimator as Mitsuba's `path`. Paths `L(S|D)*E`, but light from a point or a direction only where the vertex next
+/// to it is not a mirror or glass.
+#[derive(Clone, Debug)]
+pub struct Path {
+    depths: Depths,
+    hide_emitters: bool,
+}
+
+impl Described for Path {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Integrator,
+        name: "path",
+        summary: "Path tracing with next event estimation and multiple importance sampling.",
+        params: &[MAX_DEPTH, RR_DEPTH, HIDE_EMITTERS],
+        examples: &[r#"<integrator type="path"><integer name="max_depth" value="8"/></integrator>"#],
+        evidence: &["radiometry/*", "reference/*"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        Ok(Self { depths: Depths::read(params)?, hide_emitters: params.boolean(HIDE_EMITTERS.name)? })
+    }
+}
+
+/// How the last segment of a path was found, for the weight of what it meets.
+struct Segment<'j> {
+    /// Where it starts and the density of its direction; None if it starts at the camera or at a delta lobe, which no
+    /// connection to a light could have replaced.
+    drawn: Option<(&'j Junction<'j>, PerSolidAngle)>,
+}
+
+impl Segment<'_> {
+    fn weight(&self, scene: &Scene, met: Option<&Vertex>) -> f64 {
+        let Some((junction, density)) = self.drawn else { return 1.0 };
+        power_heuristic(density, scene.light_density(junction.p(), met))
+    }
+}
+
+impl Model for Path {
+    fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, _layers: &mut [f64]) -> Rgb {
+        if self.depths.max == 0 {
+            return Rgb::ZERO;
+        }
+        let mut radiance = Rgb::ZERO;
+        let mut throughput = Rgb::ONE;
+        let mut eta = 1.0;
+        let mut met = first_vertex(scene, ray, self.hide_emitters);
+        let mut direction = ray.direction;
+        let mut emission_weight = if self.hide_emitters { 0.0 } else { 1.0 };
+        for depth in 1.. {
+            // Light that is met by chance.
+            let Some(vertex) = met else {
+                return radiance + emission_weight * throughput * scene.sky(direction);
+            };
+            radiance += emission_weight * throughput * scene.emitted(&vertex);
+            if depth >= self.depths.max {
+                break;
+            }
+
+            // Light that is sought.
+            let junction = Junction::new(scene, vertex);
+            radiance += throughput * junction.connect(scene, numbers, [1.0, 1.0]);
+
+            // Go on.
+            let Some(sample) = junction.bsdf.sample(&junction.query, numbers.next_1d(), numbers.next_2d()) else {
+                break;
+            };
+            throughput *= sample.weight;
+            eta *= sample.eta;
+            if throughput == Rgb::ZERO {
+                break;
+            }
+            if depth >= self.depths.roulette {
+                let survival = survival(throughput, eta);
+                if numbers.next_1d() >= survival {
+                    break;
+                }
+                throughput /= survival;
+            }
+            direction = vertex.surface.shading.to_world(sample.wo);
+            met = scene.intersect(&Ray::leaving(junction.p(), direction));
+            let drawn = (sample.lobe == Lobe::Smooth).then_some((&junction, sample.density));
+            emission_weight = Segment { drawn }.weight(scene, met.as_ref());
+        }
+        radiance
+    }
+}

@@ -1,0 +1,116 @@
+//! Claims that can be checked by computing: what `cargo test` and `etendue verify` both run.
+//!
+//! A law is a function that returns numbers; nothing in it decides. [`judge`] is the one place where the level is
+//! set, corrected for how many tests are run.
+
+use serde::{Deserialize, Serialize};
+
+use crate::stats::multiple::sidak_level;
+
+/// A claim with the function that checks it.
+#[derive(Clone, Copy, Debug)]
+pub struct Law {
+    /// A path-like name, such as `fresnel/table`.
+    pub name: &'static str,
+    /// What is claimed, in one sentence.
+    pub claim: &'static str,
+    /// Where the claim comes from: a derivation, a paper, a table.
+    pub source: &'static str,
+    /// Computes the numbers.
+    pub check: fn(Effort) -> Vec<Finding>,
+}
+
+/// How much work a check may do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Effort {
+    /// Seconds for all laws together.
+    Quick,
+    /// Sixteen times the samples.
+    Full,
+}
+
+impl Effort {
+    /// A number of samples, of which the quick run takes the given one.
+    #[must_use]
+    pub fn samples(self, quick: u32) -> u32 {
+        match self {
+            Self::Quick => quick,
+            Self::Full => 16 * quick,
+        }
+    }
+}
+
+/// One number that a law yields.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Finding {
+    /// What it is about: a plugin, a parameter, an angle.
+    pub subject: String,
+    /// The number.
+    pub measured: Measured,
+}
+
+/// A number with what it is held against.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Measured {
+    /// A computed value and the one it should have, within a bound that was derived.
+    Value {
+        /// What was computed.
+        value: f64,
+        /// What it should be.
+        expected: f64,
+        /// The largest allowed distance of the two.
+        bound: f64,
+    },
+    /// A test of a hypothesis.
+    Test {
+        /// What was tested and its statistic, for the reader.
+        statistic: String,
+        /// The chance of a statistic at least as extreme if the claim holds.
+        p: f64,
+    },
+}
+
+impl Finding {
+    /// A value that should be within a bound of another.
+    pub fn value(subject: impl Into<String>, value: f64, expected: f64, bound: f64) -> Self {
+        Self { subject: subject.into(), measured: Measured::Value { value, expected, bound } }
+    }
+
+    /// A number that should be 0 within a bound: the worst of many errors.
+    pub fn error(subject: impl Into<String>, error: f64, bound: f64) -> Self {
+        Self::value(subject, error, 0.0, bound)
+    }
+
+    /// A test.
+    pub fn test(subject: impl Into<String>, statistic: impl Into<String>, p: f64) -> Self {
+        Self { subject: subject.into(), measured: Measured::Test { statistic: statistic.into(), p } }
+    }
+}
+
+/// The chance that any of all tests of one run fails although every claim holds.
+pub const LEVEL: f64 = 0.01;
+
+/// The level at which one of so many tests fails.
+#[must_use]
+pub fn level_of_each(tests: usize) -> f64 {
+    sidak_level(LEVEL, tests.max(1))
+}
+
+/// Whether a finding bears the claim out, at the level of a single test. NaN never does.
+#[must_use]
+pub fn judge(finding: &Finding, level: f64) -> bool {
+    match &finding.measured {
+        Measured::Value { value, expected, bound } => (value - expected).abs() <= *bound,
+        Measured::Test { p, .. } => *p >= level,
+    }
+}
+
+/// Runs laws and lists what fails, one line each; the tests of all of them share the level.
+#[must_use]
+pub fn failures(laws: &[Law], effort: Effort) -> Vec<String> {
+    let findings: Vec<_> = laws.iter().flat_map(|law| (law.check)(effort).into_iter().map(move |f| (law.name, f))).collect();
+    let tests = findings.iter().filter(|(_, f)| matches!(f.measured, Measured::Test { .. })).count();
+    let level = level_of_each(tests);
+    let failed = findings.iter().filter(|(_, finding)| !judge(finding, level));
+    failed.map(|(name, finding)| format!("{name}: {}: {:?}", finding.subject, finding.measured)).collect()
+}

@@ -1,0 +1,17 @@
+//! The `etendue` command: reads its arguments, calls the library, and turns the answer into an exit code.
+
+mod cli;
+
+use std::process::ExitCode;
+
+use clap::Parser as _;
+
+fn main() -> ExitCode {
+    match cli::Cli::parse().run() {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("{error:#}");
+            ExitCode::from(cli::BAD_INPUT)
+        }
+    }
+}

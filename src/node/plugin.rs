@@ -1,0 +1,151 @@
+use super::{Category, Params, SceneError};
+
+/// What a plugin is to its users: the manual page, the parameter table that its reader reads by, and the examples
+/// that the laws of its list run over.
+#[derive(Clone, Copy, Debug)]
+pub struct Plugin {
+    /// The tag it goes with.
+    pub category: Category,
+    /// The `type` attribute.
+    pub name: &'static str,
+    /// One sentence.
+    pub summary: &'static str,
+    /// Every parameter it reads.
+    pub params: &'static [Param],
+    /// Elements as they would stand in a scene; every one must be read, and the list's laws hold for every one.
+    pub examples: &'static [&'static str],
+    /// Names of rows of `etendue verify` that speak for it, beyond the laws of its list.
+    pub evidence: &'static [&'static str],
+}
+
+/// What every member of every list has: its manual page and its reader.
+pub trait Described: Sized {
+    /// The manual page.
+    const PLUGIN: Plugin;
+
+    /// Reads the parameters.
+    ///
+    /// # Errors
+    /// If one is wrong.
+    fn read(params: &Params<'_>) -> Result<Self, SceneError>;
+}
+
+/// One parameter of a plugin.
+#[derive(Clone, Copy, Debug)]
+pub struct Param {
+    /// The `name` attribute.
+    pub name: &'static str,
+    /// The type of its value.
+    pub kind: Kind,
+    /// What holds when it is absent.
+    pub preset: Preset,
+    /// Which numbers are allowed.
+    pub range: Range,
+    /// What it means, with its unit.
+    pub about: &'static str,
+}
+
+/// The type of a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A number; an integer will do.
+    Float,
+    /// A whole number.
+    Integer,
+    /// true or false.
+    Boolean,
+    /// Any text.
+    String,
+    /// One of some words.
+    Choice(&'static [&'static str]),
+    /// A file, relative to the scene file.
+    File,
+    /// Linear RGB.
+    Rgb,
+    /// Linear RGB, a number for grey, or a texture.
+    Texture,
+    /// Three coordinates.
+    Point,
+    /// An affine map.
+    Transform,
+    /// A child object.
+    Object(Category),
+}
+
+/// What holds when a parameter is absent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Preset {
+    /// An error.
+    Required,
+    /// The plugin does without; the text says how.
+    Absent(&'static str),
+    /// This value, written as it would stand in a scene file.
+    Value(&'static str),
+}
+
+/// An interval of numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// The least allowed number.
+    pub min: f64,
+    /// The greatest.
+    pub max: f64,
+    /// Whether `min` itself is left out.
+    pub open: bool,
+}
+
+impl Range {
+    /// Every finite number.
+    pub const FINITE: Self = Self { min: f64::MIN, max: f64::MAX, open: false };
+    /// Above zero and finite.
+    pub const POSITIVE: Self = Self { min: 0.0, max: f64::MAX, open: true };
+    /// Zero or above, finite.
+    pub const NON_NEGATIVE: Self = Self { min: 0.0, max: f64::MAX, open: false };
+    /// From 0 to 1, both included.
+    pub const UNIT: Self = Self { min: 0.0, max: 1.0, open: false };
+
+    /// Whether a number lies in it; NaN does not.
+    #[must_use]
+    pub fn contains(&self, x: f64) -> bool {
+        x >= self.min && x <= self.max && !(self.open && x == self.min)
+    }
+
+    /// What a message calls it.
+    #[must_use]
+    pub fn describe(&self) -> String {
+        match *self {
+            Self::FINITE => "a finite number".into(),
+            Self::POSITIVE => "a number above 0".into(),
+            Self::NON_NEGATIVE => "a number from 0 up".into(),
+            Self { min, max: f64::MAX, .. } => format!("a number from {min} up"),
+            Self { min, max, open: true } => format!("a number above {min}, at most {max}"),
+            Self { min, max, open: false } => format!("a number from {min} to {max}"),
+        }
+    }
+}
+
+impl Param {
+    /// A parameter of some kind that must be given.
+    #[must_use]
+    pub const fn required(name: &'static str, kind: Kind, about: &'static str) -> Self {
+        Self { name, kind, preset: Preset::Required, range: Range::FINITE, about }
+    }
+
+    /// A parameter with a default, written as in a scene file.
+    #[must_use]
+    pub const fn new(name: &'static str, kind: Kind, default: &'static str, about: &'static str) -> Self {
+        Self { name, kind, preset: Preset::Value(default), range: Range::FINITE, about }
+    }
+
+    /// A parameter that the plugin can do without.
+    #[must_use]
+    pub const fn optional(name: &'static str, kind: Kind, without: &'static str, about: &'static str) -> Self {
+        Self { name, kind, preset: Preset::Absent(without), range: Range::FINITE, about }
+    }
+
+    /// The same, with a range.
+    #[must_use]
+    pub const fn within(self, range: Range) -> Self {
+        Self { range, ..self }
+    }
+}

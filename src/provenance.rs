@@ -1,0 +1,56 @@
+//! Where an image comes from: what stands in its header.
+
+use std::{fs, io, path::PathBuf};
+
+use sha2::{Digest as _, Sha256};
+
+use crate::node::{Document, Value};
+
+/// The version of this program, with the commit it was built from where that is known.
+#[must_use]
+pub fn version() -> String {
+    match option_env!("ETENDUE_COMMIT") {
+        Some(commit) => format!("{} ({commit})", env!("CARGO_PKG_VERSION")),
+        None => env!("CARGO_PKG_VERSION").to_owned(),
+    }
+}
+
+/// The files that a scene is made of: its XML files, the scene itself first, then meshes and textures by name.
+#[must_use]
+pub fn files(document: &Document) -> Vec<PathBuf> {
+    let mut others: Vec<PathBuf> = Vec::new();
+    for object in &document.objects {
+        for property in object.properties.iter().filter(|property| property.name == "filename") {
+            if let Value::String(name) = &property.value {
+                others.push(object.folder.join(name));
+            }
+        }
+    }
+    others.sort();
+    others.dedup();
+    document.files.iter().cloned().chain(others).collect()
+}
+
+/// The SHA-256 of a file's bytes, in hexadecimal.
+///
+/// # Errors
+/// If it cannot be read.
+pub fn hash_of_file(path: &std::path::Path) -> io::Result<String> {
+    Ok(hexadecimal(&Sha256::digest(fs::read(path)?)))
+}
+
+/// The SHA-256 of the hashes of all files of a scene, in order.
+///
+/// # Errors
+/// If one cannot be read.
+pub fn scene_hash(document: &Document) -> io::Result<String> {
+    let mut all = Sha256::new();
+    for file in files(document) {
+        all.update(hash_of_file(&file)?);
+    }
+    Ok(hexadecimal(&all.finalize()))
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}

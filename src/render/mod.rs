@@ -1,0 +1,119 @@
+//! From a scene and an integrator to a film: tiles on all threads, with the same bits however many there are.
+
+use rayon::prelude::*;
+
+use crate::{
+    film::{Film, LayerSpec, Pixels},
+    integrator::{Integrator, Model as _, Overrides},
+    math::Rgb,
+    node::{Document, SceneError},
+    sampler::{Address, Model as _, Numbers as _},
+    scene::Scene,
+    sensor::Model as _,
+};
+
+/// A scene with the integrator that renders it.
+#[derive(Debug)]
+pub struct Renderer {
+    /// What is rendered.
+    pub scene: Scene,
+    /// How it is rendered.
+    pub integrator: Integrator,
+}
+
+/// One estimate of the image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pass {
+    /// The user's seed.
+    pub seed: u64,
+    /// Which estimate: passes of one seed are independent of one another.
+    pub number: u64,
+    /// Samples per pixel.
+    pub samples: u32,
+}
+
+/// The edge of a tile in pixels: small enough that the threads finish together.
+const TILE: u32 = 8;
+
+impl Renderer {
+    /// Builds what a document describes.
+    ///
+    /// # Errors
+    /// All that is wrong with the scene or its integrator.
+    pub fn new(document: &Document, overrides: &Overrides) -> Result<Self, SceneError> {
+        match (Scene::build(document), Integrator::of_scene(document, overrides)) {
+            (Ok(scene), Ok(integrator)) => Ok(Self { scene, integrator }),
+            (Err(scene), Err(integrator)) => Err(SceneError(scene.0.into_iter().chain(integrator.0).collect())),
+            (Err(error), _) | (_, Err(error)) => Err(error),
+        }
+    }
+
+    /// A film without samples, with the layers of this integrator.
+    #[must_use]
+    pub fn film(&self) -> Film {
+        let format = &self.scene.sensor.film;
+        let layers = [LayerSpec::beauty()].into_iter().chain(self.integrator.layers()).collect();
+        Film::new(format.rendered(), format.size(), layers)
+    }
+
+    /// Renders one pass. `progress` is told how many samples have been added, from any thread.
+    #[must_use]
+    pub fn render(&self, pass: Pass, progress: &(dyn Fn(u64) + Sync)) -> Film {
+        let mut film = self.film();
+        let (crop, stride) = (film.crop, film.stride());
+        let tiles: Vec<(u32, u32)> = (0..crop.height.div_ceil(TILE))
+            .flat_map(|y| (0..crop.width.div_ceil(TILE)).map(move |x| (x * TILE, y * TILE)))
+            .collect();
+        // A strip of tiles at a time, so that finished tiles do not pile up beside the film.
+        for strip in tiles.chunks(4096) {
+            let finished: Vec<_> = strip
+                .par_iter()
+                .map(|&(x, y)| {
+                    let (width, height) = (TILE.min(crop.width - x), TILE.min(crop.height - y));
+                    let block = self.tile(pass, (x, y), (width, height), stride);
+                    progress(u64::from(width * height) * u64::from(pass.samples));
+                    block
+                })
+                .collect();
+            for (&(x, y), block) in strip.iter().zip(&finished) {
+                film.add(x, y, block);
+            }
+        }
+        film
+    }
+
+    fn tile(&self, pass: Pass, corner: (u32, u32), size: (u32, u32), stride: usize) -> Pixels {
+        let mut block = Pixels::new(size.0, size.1, stride);
+        let mut values = vec![0.0; stride];
+        for y in 0..size.1 {
+            for x in 0..size.0 {
+                for sample in 0..pass.samples {
+                    self.sample(pass, (corner.0 + x, corner.1 + y), sample, &mut values);
+                    block.push(x, y, &values);
+                }
+            }
+        }
+        block
+    }
+
+    /// One sample of one pixel: a pure function of its address. `values` has one element for each sampled channel.
+    ///
+    /// # Panics
+    /// If the sample is infinite or not a number, which is a bug; the message is its address.
+    pub fn sample(&self, pass: Pass, (x, y): (u32, u32), sample: u32, values: &mut [f64]) -> Rgb {
+        let sensor = &self.scene.sensor;
+        let crop = sensor.film.rendered();
+        // Pixels are numbered on the whole film, so that a crop shows the same samples.
+        let pixel = u64::from(crop.y + y) * sensor.film.size().x as u64 + u64::from(crop.x + x);
+        let address = Address { seed: pass.seed, pass: pass.number, pixel, sample, samples: pass.samples };
+        let mut numbers = sensor.sampler.numbers(&address);
+        let position = sensor.film.sample(x, y, numbers.next_2d());
+        let ray = sensor.camera.ray(position, numbers.next_2d());
+        values.fill(0.0);
+        let (beauty, layers) = values.split_at_mut(3);
+        let radiance = self.integrator.radiance(&self.scene, &ray, &mut numbers, layers);
+        assert!(radiance.is_finite(), "the radiance is {radiance} at {address:?}");
+        radiance.write_to_slice(beauty);
+        radiance
+    }
+}

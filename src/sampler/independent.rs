@@ -1,0 +1,46 @@
+use super::{Address, Common, Model, PathNumbers, SAMPLE_COUNT, SEED};
+use crate::{
+    math::rng::Stream,
+    node::{Category, Described, Params, Plugin, SceneError},
+};
+
+/// Independent uniform numbers from PCG.
+#[derive(Clone, Debug)]
+pub struct Independent {
+    pub(super) common: Common,
+}
+
+impl Default for Independent {
+    fn default() -> Self {
+        Self { common: Common { sample_count: 4, seed: 0 } }
+    }
+}
+
+impl Described for Independent {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Sampler,
+        name: "independent",
+        summary: "Independent uniform numbers; the only sampler whose per-pixel variances are exact.",
+        params: &[SAMPLE_COUNT, SEED],
+        examples: &[r#"<sampler type="independent"><integer name="sample_count" value="16"/></sampler>"#],
+        evidence: &[],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        Ok(Self { common: Common::read(params)? })
+    }
+}
+
+impl Model for Independent {
+    fn sample_count(&self) -> u32 {
+        self.common.sample_count
+    }
+
+    fn seed(&self) -> u64 {
+        self.common.seed
+    }
+
+    fn numbers(&self, address: &Address) -> PathNumbers {
+        PathNumbers::Independent(Stream::at(&address.of_sample()))
+    }
+}

@@ -1,0 +1,89 @@
+use glam::DVec2;
+
+use super::{Address, Common, Model, Numbers, PathNumbers, SAMPLE_COUNT, SEED};
+use crate::{
+    math::rng::{hash, permute},
+    node::{Category, Described, Params, Plugin, SceneError},
+};
+
+/// Sobol points with Owen scrambling: pairs of dimensions are (0, 2)-nets in base 2, padded with an own scrambling
+/// and order for each pair, pixel and pass. Mitsuba's `ldsampler` uses scrambled (0, 2)-sequences likewise.
+///
+/// Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4). The points have 24 bits.
+#[derive(Clone, Debug)]
+pub struct LowDiscrepancy {
+    pub(super) common: Common,
+}
+
+impl Described for LowDiscrepancy {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Sampler,
+        name: "ldsampler",
+        summary: "Owen-scrambled Sobol points, padded by pairs of dimensions.",
+        params: &[SAMPLE_COUNT, SEED],
+        examples: &[r#"<sampler type="ldsampler"><integer name="sample_count" value="16"/></sampler>"#],
+        evidence: &["sampler/variance"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        Ok(Self { common: Common::read(params)? })
+    }
+}
+
+/// Beyond this index the Sobol points of the library repeat.
+const SEQUENCE: u32 = 1 << 16;
+
+impl Model for LowDiscrepancy {
+    fn sample_count(&self) -> u32 {
+        self.common.sample_count
+    }
+
+    fn seed(&self) -> u64 {
+        self.common.seed
+    }
+
+    fn numbers(&self, address: &Address) -> PathNumbers {
+        // Each stretch of 65,536 samples is a net of its own.
+        let stretch = u64::from(address.sample / SEQUENCE);
+        let length = address.samples.min(SEQUENCE);
+        PathNumbers::LowDiscrepancy(Sobol {
+            pixel: hash(&[hash(&address.of_pixel()), stretch]),
+            sample: address.sample % SEQUENCE,
+            length,
+            dimension: 0,
+        })
+    }
+}
+
+/// The numbers of one path.
+#[derive(Clone, Debug)]
+pub struct Sobol {
+    pixel: u64,
+    sample: u32,
+    length: u32,
+    dimension: u64,
+}
+
+impl Sobol {
+    /// This sample's place in the order of the next pair of dimensions, and the scrambling of that pair.
+    fn next(&mut self) -> (u32, u64) {
+        self.dimension += 1;
+        let scramble = hash(&[self.pixel, self.dimension]);
+        (permute(self.sample, self.length, scramble as u32), scramble)
+    }
+}
+
+impl Numbers for Sobol {
+    fn next_1d(&mut self) -> f64 {
+        let (index, scramble) = self.next();
+        f64::from(sobol_burley::sample(index, 0, (scramble >> 32) as u32))
+    }
+
+    fn next_2d(&mut self) -> DVec2 {
+        let (index, scramble) = self.next();
+        let seed = (scramble >> 32) as u32;
+        // The library gives every dimension its own scrambling under one seed.
+        let [x, y] = [0, 1].map(|dimension| f64::from(sobol_burley::sample(index, dimension, seed)));
+        DVec2::new(x, y)
+    }
+}

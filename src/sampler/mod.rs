@@ -1,0 +1,205 @@
+//! Where the random numbers of a path come from, by address: (seed, pass, pixel, sample).
+//!
+//! A *pass* is a whole estimate of the image, of as many samples a pixel as the film is asked for; a sampler spreads
+//! the samples of one pass evenly and makes passes independent of one another.
+
+mod independent;
+mod low_discrepancy;
+mod stratified;
+
+pub use independent::Independent;
+pub use low_discrepancy::LowDiscrepancy;
+pub use stratified::Stratified;
+
+use glam::DVec2;
+
+use crate::{
+    math::rng::Stream,
+    node::{Category, Kind, Param, Range, catalogue},
+};
+
+/// Which sample of which pixel a stream is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Address {
+    /// The user's seed.
+    pub seed: u64,
+    /// Which estimate of the image.
+    pub pass: u64,
+    /// The pixel's number on the whole film, row by row.
+    pub pixel: u64,
+    /// Which sample of this pixel in this pass.
+    pub sample: u32,
+    /// How many samples a pixel gets in this pass.
+    pub samples: u32,
+}
+
+impl Address {
+    fn of_sample(&self) -> [u64; 4] {
+        [self.seed, self.pass, self.pixel, u64::from(self.sample)]
+    }
+
+    fn of_pixel(&self) -> [u64; 3] {
+        [self.seed, self.pass, self.pixel]
+    }
+}
+
+/// A source of numbers for one path.
+pub trait Numbers {
+    /// The next number of [0, 1).
+    fn next_1d(&mut self) -> f64;
+    /// The next point of the unit square.
+    fn next_2d(&mut self) -> DVec2;
+}
+
+impl Numbers for Stream {
+    #[inline]
+    fn next_1d(&mut self) -> f64 {
+        Stream::next_1d(self)
+    }
+
+    #[inline]
+    fn next_2d(&mut self) -> DVec2 {
+        Stream::next_2d(self)
+    }
+}
+
+catalogue! { ($)
+    /// A way to spread samples.
+    pub enum Sampler in Category::Sampler, each_sampler {
+        /// Independent numbers.
+        Independent(Independent),
+        /// One number in each of as many strata as there are samples.
+        Stratified(Stratified),
+        /// Owen-scrambled Sobol points.
+        LowDiscrepancy(LowDiscrepancy),
+    }
+}
+
+/// The samples per pixel that a scene asks for.
+const SAMPLE_COUNT: Param = Param::new("sample_count", Kind::Integer, "4", "samples a pixel")
+    .within(Range { min: 1.0, max: 1e9, open: false });
+/// Read as in Mitsuba; `--seed` goes before it.
+const SEED: Param = Param::new("seed", Kind::Integer, "0", "the seed, unless the command line gives one").within(Range::NON_NEGATIVE);
+
+/// What every sampler answers.
+pub trait Model {
+    /// The samples per pixel that the scene asks for.
+    fn sample_count(&self) -> u32;
+    /// The seed that the scene asks for.
+    fn seed(&self) -> u64;
+    /// The numbers of a path.
+    fn numbers(&self, address: &Address) -> PathNumbers;
+}
+
+/// The numbers of one path, of whichever sampler.
+#[derive(Clone, Debug)]
+pub enum PathNumbers {
+    /// Of [`Independent`].
+    Independent(Stream),
+    /// Of [`Stratified`].
+    Stratified(stratified::Strata),
+    /// Of [`LowDiscrepancy`].
+    LowDiscrepancy(low_discrepancy::Sobol),
+}
+
+impl Numbers for PathNumbers {
+    #[inline]
+    fn next_1d(&mut self) -> f64 {
+        match self {
+            Self::Independent(numbers) => numbers.next_1d(),
+            Self::Stratified(numbers) => numbers.next_1d(),
+            Self::LowDiscrepancy(numbers) => numbers.next_1d(),
+        }
+    }
+
+    #[inline]
+    fn next_2d(&mut self) -> DVec2 {
+        match self {
+            Self::Independent(numbers) => numbers.next_2d(),
+            Self::Stratified(numbers) => numbers.next_2d(),
+            Self::LowDiscrepancy(numbers) => numbers.next_2d(),
+        }
+    }
+}
+
+impl Model for Sampler {
+    fn sample_count(&self) -> u32 {
+        each_sampler!(self, sampler => sampler.sample_count())
+    }
+
+    fn seed(&self) -> u64 {
+        each_sampler!(self, sampler => sampler.seed())
+    }
+
+    fn numbers(&self, address: &Address) -> PathNumbers {
+        each_sampler!(self, sampler => sampler.numbers(address))
+    }
+}
+
+/// The two parameters that all samplers share.
+#[derive(Clone, Copy, Debug)]
+pub struct Common {
+    sample_count: u32,
+    seed: u64,
+}
+
+impl Common {
+    fn read(params: &crate::node::Params<'_>) -> Result<Self, crate::node::SceneError> {
+        let sample_count = params.integer(SAMPLE_COUNT.name)?.unsigned_abs() as u32;
+        Ok(Self { sample_count, seed: params.integer(SEED.name)?.unsigned_abs() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stats::ks;
+
+    fn samplers() -> Vec<Sampler> {
+        let common = Common { sample_count: 64, seed: 0 };
+        vec![Independent { common }.into(), Stratified { common }.into(), LowDiscrepancy { common }.into()]
+    }
+
+    fn draws(sampler: &Sampler, pixel: u64, samples: u32, dimension: usize) -> Vec<DVec2> {
+        let path = |sample| {
+            let mut numbers = sampler.numbers(&Address { seed: 3, pass: 0, pixel, sample, samples });
+            (0..dimension).for_each(|_| drop(numbers.next_2d()));
+            numbers.next_2d()
+        };
+        (0..samples).map(path).collect()
+    }
+
+    #[test]
+    fn one_sample_of_many_pixels_is_uniform_in_every_dimension() {
+        for sampler in samplers() {
+            for dimension in [0, 1, 7, 200] {
+                let first: Vec<_> = (0..4000).map(|pixel| draws(&sampler, pixel, 1, dimension)[0]).collect();
+                for coordinate in [first.iter().map(|u| u.x).collect::<Vec<_>>(), first.iter().map(|u| u.y).collect()] {
+                    let p = ks(&coordinate, |x| x.clamp(0.0, 1.0)).p;
+                    assert!(p > 1e-4, "{sampler:?}, dimension {dimension}: p = {p}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn strata_and_nets_put_one_sample_in_each_cell() {
+        for sampler in &samplers()[1..] {
+            for dimension in [0, 3] {
+                let mut cells = vec![0; 64];
+                for u in draws(sampler, 5, 64, dimension) {
+                    cells[(u.x * 8.0) as usize * 8 + (u.y * 8.0) as usize] += 1;
+                }
+                assert!(cells.iter().all(|&count| count == 1), "{sampler:?}: {cells:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_path_can_be_replayed() {
+        for sampler in samplers() {
+            assert_eq!(draws(&sampler, 9, 16, 2), draws(&sampler, 9, 16, 2));
+            assert_ne!(draws(&sampler, 9, 16, 2), draws(&sampler, 10, 16, 2));
+        }
+    }
+}

@@ -1,0 +1,92 @@
+use glam::DVec2;
+
+use super::{Address, Common, Model, Numbers, PathNumbers, SAMPLE_COUNT, SEED};
+use crate::{
+    math::rng::{Stream, hash, permute},
+    node::{Category, Described, Params, Plugin, SceneError},
+};
+
+/// One number in each of as many strata as there are samples, jittered, in an order that differs for every pixel and
+/// dimension. In two dimensions the strata are the cells of the smallest near-square grid that has room for all
+/// samples; Mitsuba rounds the number of samples up to a square instead, here it stays as asked.
+#[derive(Clone, Debug)]
+pub struct Stratified {
+    pub(super) common: Common,
+}
+
+impl Described for Stratified {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Sampler,
+        name: "stratified",
+        summary: "Jittered strata, one sample in each.",
+        params: &[SAMPLE_COUNT, SEED],
+        examples: &[r#"<sampler type="stratified"><integer name="sample_count" value="16"/></sampler>"#],
+        evidence: &["sampler/variance"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        Ok(Self { common: Common::read(params)? })
+    }
+}
+
+impl Model for Stratified {
+    fn sample_count(&self) -> u32 {
+        self.common.sample_count
+    }
+
+    fn seed(&self) -> u64 {
+        self.common.seed
+    }
+
+    fn numbers(&self, address: &Address) -> PathNumbers {
+        let columns = f64::from(address.samples).sqrt().ceil() as u32;
+        PathNumbers::Stratified(Strata {
+            jitter: Stream::at(&address.of_sample()),
+            order: hash(&address.of_pixel()),
+            sample: address.sample,
+            samples: address.samples,
+            columns,
+            rows: address.samples.div_ceil(columns),
+            dimension: 0,
+        })
+    }
+}
+
+/// The numbers of one path.
+#[derive(Clone, Debug)]
+pub struct Strata {
+    jitter: Stream,
+    order: u64,
+    sample: u32,
+    samples: u32,
+    columns: u32,
+    rows: u32,
+    dimension: u64,
+}
+
+impl Strata {
+    /// The stratum of this sample in the next dimension, of so many.
+    fn stratum(&mut self, strata: u32) -> u32 {
+        self.dimension += 1;
+        permute(self.sample, strata, hash(&[self.order, self.dimension]) as u32)
+    }
+}
+
+impl Numbers for Strata {
+    fn next_1d(&mut self) -> f64 {
+        let stratum = self.stratum(self.samples);
+        below_one((f64::from(stratum) + self.jitter.next_1d()) / f64::from(self.samples))
+    }
+
+    fn next_2d(&mut self) -> DVec2 {
+        let stratum = self.stratum(self.columns * self.rows);
+        let cell = DVec2::new(f64::from(stratum % self.columns), f64::from(stratum / self.columns));
+        let p = (cell + self.jitter.next_2d()) / DVec2::new(f64::from(self.columns), f64::from(self.rows));
+        DVec2::new(below_one(p.x), below_one(p.y))
+    }
+}
+
+/// The last stratum's end may round up to 1.
+fn below_one(x: f64) -> f64 {
+    x.min(1.0_f64.next_down())
+}

@@ -1,0 +1,200 @@
+//! From nodes to the scene.
+
+use std::collections::HashMap;
+
+use super::{Light, Part, Scene};
+use crate::{
+    bsdf::{Bsdf, Diffuse},
+    emitter::{Emitter, Model as _},
+    math::{Aabb, Rgb},
+    node::{Category, Document, Kind, ObjectId, Param, Params, Plugin, SceneError},
+    sensor::Sensor,
+    shape::{Model as _, Shape, bvh::Bvh},
+};
+
+/// What a scene element itself takes: hints for acceleration structures that are not ours.
+pub(crate) const SCENE: Plugin = Plugin {
+    category: Category::Scene,
+    name: "",
+    summary: "The outermost element.",
+    params: &[
+        Param::new("embree_use_robust_intersections", Kind::Boolean, "false", "read; intersections are always robust"),
+        Param::new("kd_intersection_cost", Kind::Float, "20", "read; makes no difference"),
+        Param::new("kd_traversal_cost", Kind::Float, "15", "read; makes no difference"),
+        Param::new("kd_empty_space_bonus", Kind::Float, "0.9", "read; makes no difference"),
+        Param::new("kd_max_depth", Kind::Integer, "0", "read; makes no difference"),
+        Param::new("kd_min_max_bins", Kind::Integer, "128", "read; makes no difference"),
+        Param::new("kd_stop_prims", Kind::Integer, "3", "read; makes no difference"),
+        Param::new("kd_clip", Kind::Boolean, "true", "read; makes no difference"),
+        Param::new("kd_retract_bad_splits", Kind::Boolean, "true", "read; makes no difference"),
+        Param::new("kd_exact_primitive_threshold", Kind::Integer, "65536", "read; makes no difference"),
+    ],
+    examples: &[],
+    evidence: &[],
+};
+
+/// Categories that Mitsuba knows and this renderer does not.
+const ABSENT: [Category; 3] = [Category::Medium, Category::Phase, Category::Volume];
+
+impl Scene {
+    /// Builds the scene of a document whose root is a `<scene>`.
+    ///
+    /// # Errors
+    /// All that is wrong with its parts, and the lack of a sensor.
+    pub fn build(document: &Document) -> Result<Self, SceneError> {
+        let params = Params::of(document, document.root, Category::Scene, &[&SCENE])?;
+        for param in SCENE.params {
+            params.find(param.name);
+        }
+        // The integrator is read by whoever renders.
+        params.child(Category::Integrator)?;
+        let mut builder = Builder::new(document);
+        let sensor = builder.sensor(&params);
+        builder.read_parts(&params);
+        builder.keep(params.finish());
+        if !builder.faults.is_empty() {
+            return Err(SceneError(builder.faults));
+        }
+        builder.finish(sensor.expect("without a sensor there is a fault"))
+    }
+}
+
+struct Builder<'d> {
+    document: &'d Document,
+    parts: Vec<Part>,
+    bsdfs: Vec<Bsdf>,
+    /// Which bsdf an element has become, for elements that several shapes refer to.
+    known_bsdfs: HashMap<ObjectId, usize>,
+    lights: Vec<Light>,
+    sky: Option<usize>,
+    warnings: Vec<String>,
+    faults: Vec<crate::node::Diagnostic>,
+}
+
+impl<'d> Builder<'d> {
+    fn new(document: &'d Document) -> Self {
+        Self {
+            document,
+            parts: Vec::new(),
+            bsdfs: Vec::new(),
+            known_bsdfs: HashMap::new(),
+            lights: Vec::new(),
+            sky: None,
+            warnings: Vec::new(),
+            faults: Vec::new(),
+        }
+    }
+
+    /// Notes what went wrong and goes on, so that all faults are reported together.
+    fn keep<T>(&mut self, result: Result<T, SceneError>) -> Option<T> {
+        result.map_err(|error| self.faults.extend(error.0)).ok()
+    }
+
+    fn sensor(&mut self, params: &Params<'_>) -> Option<Sensor> {
+        // As in Mitsuba, a scene may hold several, of which the first is used.
+        let sensors = params.children(Category::Sensor);
+        let Some(&first) = sensors.first() else {
+            let error = SceneError::at(&params.object().place, "the scene has no sensor");
+            return self.keep(Err(error.hint("give it a <sensor type=\"perspective\"> with a film")));
+        };
+        let document = self.document;
+        self.keep(Sensor::read(document, first))
+    }
+
+    fn read_parts(&mut self, params: &Params<'_>) {
+        let document = self.document;
+        for id in params.children(Category::Shape) {
+            let read = self.shape(id);
+            self.keep(read);
+        }
+        for id in params.children(Category::Emitter) {
+            let read = self.light(id, None);
+            self.keep(read);
+        }
+        // Materials and textures that stand alone wait to be referred to; they are checked all the same.
+        for id in params.children(Category::Bsdf) {
+            let read = self.bsdf(id);
+            self.keep(read);
+        }
+        for id in params.children(Category::Texture) {
+            self.keep(crate::texture::Texture::read(document, id));
+        }
+        for category in ABSENT {
+            for id in params.children(category) {
+                let what = format!("a {category} is not supported");
+                self.keep::<()>(Err(SceneError::at(&document.object(id).place, what)));
+            }
+        }
+    }
+
+    fn shape(&mut self, id: ObjectId) -> Result<(), SceneError> {
+        let params = Shape::params(self.document, id)?;
+        let shape = Shape::read_from(&params)?;
+        if shape.dropped() > 0 {
+            let place = &self.document.object(id).place;
+            self.warnings.push(format!("{place}: {} triangles without area were left out", shape.dropped()));
+        }
+        let emitter = params.child(Category::Emitter)?;
+        let bsdf = match params.child(Category::Bsdf)? {
+            Some(id) => self.bsdf(id)?,
+            // Lights without a material are black, other shapes grey, as in Mitsuba.
+            None => self.push_bsdf(Diffuse::new(if emitter.is_some() { Rgb::ZERO } else { Rgb::splat(0.5) })),
+        };
+        params.finish()?;
+        let part = self.parts.len();
+        self.parts.push(Part { shape, bsdf, light: None });
+        if let Some(emitter) = emitter {
+            self.light(emitter, Some(part))?;
+            self.parts[part].light = Some(self.lights.len() - 1);
+        }
+        Ok(())
+    }
+
+    fn push_bsdf(&mut self, bsdf: impl Into<Bsdf>) -> usize {
+        self.bsdfs.push(bsdf.into());
+        self.bsdfs.len() - 1
+    }
+
+    fn bsdf(&mut self, id: ObjectId) -> Result<usize, SceneError> {
+        if let Some(&known) = self.known_bsdfs.get(&id) {
+            return Ok(known);
+        }
+        let index = Bsdf::read(self.document, id).map(|bsdf| self.push_bsdf(bsdf))?;
+        self.known_bsdfs.insert(id, index);
+        Ok(index)
+    }
+
+    fn light(&mut self, id: ObjectId, part: Option<usize>) -> Result<(), SceneError> {
+        let emitter = Emitter::read(self.document, id)?;
+        let place = &self.document.object(id).place;
+        let shines_from_a_shape = matches!(emitter, Emitter::Area(_));
+        if shines_from_a_shape != part.is_some() {
+            let (what, hint) = match part {
+                Some(_) => ("this emitter cannot stand in a shape", "only an area emitter can"),
+                None => ("an area emitter stands in no shape", "put it inside the shape that shines"),
+            };
+            return Err(SceneError::at(place, what).hint(hint));
+        }
+        if emitter.is_sky() && self.sky.replace(self.lights.len()).is_some() {
+            return Err(SceneError::at(place, "a second emitter surrounds the scene").hint("only one can"));
+        }
+        self.lights.push(Light { emitter, part });
+        Ok(())
+    }
+
+    fn finish(mut self, sensor: Sensor) -> Result<Scene, SceneError> {
+        if self.lights.is_empty() {
+            self.warnings.push("the scene has no light: the image will be black".into());
+        }
+        let boxes: Vec<Aabb> = self.parts.iter().map(|part| part.shape.bounds()).collect();
+        Ok(Scene {
+            sensor,
+            bvh: Bvh::build(&boxes),
+            parts: self.parts,
+            bsdfs: self.bsdfs,
+            lights: self.lights,
+            sky: self.sky,
+            warnings: self.warnings,
+        })
+    }
+}

@@ -1,0 +1,155 @@
+//! From a scene file to a scene that rays can meet.
+
+mod build;
+
+
+use glam::{DVec2, DVec3};
+
+use crate::{
+    bsdf::Bsdf,
+    emitter::{Emitter, Incident, Model as _},
+    math::{PerSolidAngle, Ray, Rgb},
+    sensor::Sensor,
+    shape::{Hit, Model as _, Shape, Surface, bvh::Bvh},
+};
+
+/// Everything that light meets, and the sensor that looks at it.
+#[derive(Debug)]
+pub struct Scene {
+    /// The camera, its film and its sampler.
+    pub sensor: Sensor,
+    parts: Vec<Part>,
+    bsdfs: Vec<Bsdf>,
+    lights: Vec<Light>,
+    /// Which light is the sky.
+    sky: Option<usize>,
+    bvh: Bvh,
+    warnings: Vec<String>,
+}
+
+/// A shape in the scene, with its material and what it emits.
+#[derive(Debug)]
+struct Part {
+    shape: Shape,
+    bsdf: usize,
+    light: Option<usize>,
+}
+
+/// A light in the scene.
+#[derive(Debug)]
+struct Light {
+    emitter: Emitter,
+    /// The part whose shape shines.
+    part: Option<usize>,
+}
+
+/// A point of the scene that a ray met.
+#[derive(Clone, Copy, Debug)]
+pub struct Vertex {
+    /// The ray's parameter.
+    pub t: f64,
+    /// The point of the surface.
+    pub surface: Surface,
+    /// The unit direction back along the ray.
+    pub back: DVec3,
+    /// The number of the shape, in document order.
+    pub part: usize,
+}
+
+impl Scene {
+    /// The first point that a ray meets.
+    #[inline]
+    #[must_use]
+    pub fn intersect(&self, ray: &Ray) -> Option<Vertex> {
+        let mut nearest: Option<(usize, Hit)> = None;
+        self.bvh.closest(ray, |part, ray| {
+            let hit = self.parts[part as usize].shape.intersect(ray)?;
+            nearest = Some((part as usize, hit));
+            Some(hit.t)
+        });
+        let (part, hit) = nearest?;
+        let surface = self.parts[part].shape.surface(ray, &hit);
+        Some(Vertex { t: hit.t, surface, back: -ray.direction.normalize(), part })
+    }
+
+    /// Whether anything stands in the way of a ray.
+    #[inline]
+    #[must_use]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.bvh.any(ray, |part, ray| self.parts[part as usize].shape.occludes(ray))
+    }
+
+    /// The material at a vertex.
+    #[must_use]
+    pub fn bsdf(&self, vertex: &Vertex) -> &Bsdf {
+        &self.bsdfs[self.parts[vertex.part].bsdf]
+    }
+
+    /// The radiance that a vertex emits back along the ray that met it.
+    #[inline]
+    #[must_use]
+    pub fn emitted(&self, vertex: &Vertex) -> Rgb {
+        match self.parts[vertex.part].light {
+            Some(light) => self.lights[light].emitter.surface_radiance(&vertex.surface, vertex.back),
+            None => Rgb::ZERO,
+        }
+    }
+
+    /// Whether a vertex lies on a light.
+    #[must_use]
+    pub fn is_light(&self, vertex: &Vertex) -> bool {
+        self.parts[vertex.part].light.is_some()
+    }
+
+    /// The radiance that a ray which meets nothing brings.
+    #[must_use]
+    pub fn sky(&self, direction: DVec3) -> Rgb {
+        self.sky.map_or(Rgb::ZERO, |sky| self.lights[sky].emitter.sky_radiance(direction))
+    }
+
+    /// Draws a light, each with the same chance, and a direction to it; the value is divided by that chance for a
+    /// light of a single direction, and the density multiplied by it for others.
+    #[inline]
+    #[must_use]
+    pub fn sample_light(&self, from: DVec3, u: DVec2) -> Option<Incident> {
+        let count = self.lights.len();
+        if count == 0 {
+            return None;
+        }
+        let scaled = u.x * count as f64;
+        let index = (scaled as usize).min(count - 1);
+        let light = &self.lights[index];
+        let rest = DVec2::new(scaled - index as f64, u.y);
+        let mut incident = light.emitter.sample_towards(self.shape_of(light), from, rest)?;
+        match &mut incident.density {
+            Some(density) => density.0 /= count as f64,
+            None => incident.value *= count as f64,
+        }
+        Some(incident)
+    }
+
+    /// The density with which [`Scene::sample_light`] draws the direction to a vertex, or to the sky.
+    #[inline]
+    #[must_use]
+    pub fn light_density(&self, from: DVec3, vertex: Option<&Vertex>) -> PerSolidAngle {
+        let index = match vertex {
+            Some(vertex) => self.parts[vertex.part].light,
+            None => self.sky,
+        };
+        let density = index.map_or(0.0, |index| {
+            let light = &self.lights[index];
+            light.emitter.density_towards(self.shape_of(light), from, vertex.map(|v| &v.surface)).0
+        });
+        PerSolidAngle(density / self.lights.len().max(1) as f64)
+    }
+
+    /// What a careful user would want to know: dropped triangles, a scene without light.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    fn shape_of(&self, light: &Light) -> Option<&Shape> {
+        light.part.map(|part| &self.parts[part].shape)
+    }
+}

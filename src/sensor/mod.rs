@@ -1,0 +1,177 @@
+//! Cameras.
+
+mod perspective;
+mod thinlens;
+
+pub use perspective::Perspective;
+pub use thinlens::ThinLens;
+
+use glam::{DAffine3, DVec2, DVec3};
+
+use crate::{
+    film::{FilmPlugin, HdrFilm},
+    math::Ray,
+    node::{Category, Kind, Param, Params, Range, SceneError, catalogue},
+    sampler::{Independent, Sampler},
+};
+
+/// What a sensor answers.
+pub trait Model {
+    /// The ray whose radiance a sample measures: through a position on the film, in pixels from its top left corner,
+    /// and a point of the lens. Its direction has unit length. Every such ray counts the same.
+    fn ray(&self, film: DVec2, lens: DVec2) -> Ray;
+}
+
+catalogue! { ($)
+    /// A camera.
+    pub enum Camera in Category::Sensor, each_camera {
+        /// A pinhole.
+        Perspective(Perspective),
+        /// A thin lens.
+        ThinLens(ThinLens),
+    }
+}
+
+impl Model for Camera {
+    #[inline]
+    fn ray(&self, film: DVec2, lens: DVec2) -> Ray {
+        each_camera!(self, camera => camera.ray(film, lens))
+    }
+}
+
+/// A camera with its film and its sampler.
+#[derive(Clone, Debug)]
+pub struct Sensor {
+    /// Where rays go.
+    pub camera: Camera,
+    /// Where samples lie.
+    pub film: HdrFilm,
+    /// Where random numbers come from.
+    pub sampler: Sampler,
+}
+
+impl Sensor {
+    /// Reads a sensor element with all it holds.
+    ///
+    /// # Errors
+    /// If something in it is wrong.
+    pub fn read(document: &crate::node::Document, id: crate::node::ObjectId) -> Result<Self, SceneError> {
+        let params = Camera::params(document, id)?;
+        let camera = Camera::read_from(&params)?;
+        let film = read_film(&params)?;
+        let sampler = match params.child(Category::Sampler)? {
+            Some(id) => Sampler::read(document, id)?,
+            None => Independent::default().into(),
+        };
+        params.finish()?;
+        Ok(Self { camera, film, sampler })
+    }
+}
+
+/// The film of the sensor, which an empty element stands for if there is none.
+fn read_film(params: &Params<'_>) -> Result<HdrFilm, SceneError> {
+    match params.child(Category::Film)? {
+        Some(id) => Ok(FilmPlugin::read(params.document(), id)?.format().clone()),
+        None => Err(SceneError::at(&params.object().place, "the sensor has no film").hint("give it a <film type=\"hdrfilm\">")),
+    }
+}
+
+/// The parameters that both cameras share.
+const FOV: Param = Param::optional("fov", Kind::Float, "focal_length", "the field of view in degrees")
+    .within(Range { min: 1e-6, max: 180.0 - 1e-6, open: false });
+const FOCAL_LENGTH: Param =
+    Param::optional("focal_length", Kind::String, "50mm", "the focal length of a 35 mm camera, such as 50mm, instead of fov");
+const FOV_AXIS: Param = Param::new(
+    "fov_axis",
+    Kind::Choice(&["x", "y", "diagonal", "smaller", "larger"]),
+    "x",
+    "along which side of the film the field of view is measured",
+);
+const NEAR_CLIP: Param = Param::new("near_clip", Kind::Float, "0.01", "nothing nearer is seen, in depth").within(Range::POSITIVE);
+const FAR_CLIP: Param = Param::new("far_clip", Kind::Float, "10000", "nothing farther is seen, in depth").within(Range::POSITIVE);
+const TO_WORLD: Param =
+    Param::optional("to_world", Kind::Transform, "the identity", "the camera's place; it looks along +z, +x being left");
+const FILM: Param = Param::required("film", Kind::Object(Category::Film), "the film");
+const SAMPLER: Param = Param::optional("sampler", Kind::Object(Category::Sampler), "independent", "the sampler");
+
+/// The pyramid of view.
+#[derive(Clone, Debug)]
+struct Projection {
+    to_world: DAffine3,
+    /// Half the width and height of the film at depth 1.
+    half_size: DVec2,
+    film: DVec2,
+    near: f64,
+    far: f64,
+}
+
+impl Projection {
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        let film = read_film(params)?.size();
+        let (near, far) = (params.float(NEAR_CLIP.name)?, params.float(FAR_CLIP.name)?);
+        if near >= far {
+            return Err(params.error(FAR_CLIP.name, format!("far_clip {far} is not beyond near_clip {near}")));
+        }
+        let to_world = params.transform(TO_WORLD.name)?;
+        check_rigid(params, &to_world)?;
+        let tangent = Self::half_width(params, film)?;
+        let half_size = DVec2::new(tangent, tangent * film.y / film.x);
+        Ok(Self { to_world, half_size, film, near, far })
+    }
+
+    /// The tangent of half the horizontal field of view.
+    fn half_width(params: &Params<'_>, film: DVec2) -> Result<f64, SceneError> {
+        let fov = params.optional_float(FOV.name)?;
+        let focal_length = params.optional_string(FOCAL_LENGTH.name)?;
+        let (tangent, axis) = match (fov, focal_length) {
+            (Some(_), Some(_)) => {
+                return Err(params.error(FOCAL_LENGTH.name, "the sensor has both \"fov\" and \"focal_length\"").hint("give one"));
+            }
+            (Some(fov), None) => ((0.5 * fov.to_radians()).tan(), params.string(FOV_AXIS.name)?),
+            // A 35 mm film is 36 mm by 24 mm; the diagonal is what is kept.
+            (None, given) => {
+                params.string(FOV_AXIS.name)?;
+                let millimetres = parse_millimetres(params, given.unwrap_or("50mm"))?;
+                (0.5 * 36.0_f64.hypot(24.0) / millimetres, "diagonal")
+            }
+        };
+        let landscape = film.x >= film.y;
+        Ok(match axis {
+            "y" => tangent * film.x / film.y,
+            "smaller" if landscape => tangent * film.x / film.y,
+            "larger" if !landscape => tangent * film.x / film.y,
+            "diagonal" => tangent * film.x / film.length(),
+            _ => tangent,
+        })
+    }
+
+    /// The local direction through a position on the film, with depth 1.
+    fn direction(&self, film: DVec2) -> DVec3 {
+        ((1.0 - 2.0 * film / self.film) * self.half_size).extend(1.0)
+    }
+
+    /// The world's ray from a local origin, which starts and ends on the clipping planes.
+    fn ray(&self, origin: DVec3, direction: DVec3) -> Ray {
+        let unit = direction.normalize();
+        let start = origin + (self.near / unit.z) * unit;
+        let ray = Ray::new(self.to_world.transform_point3(start), self.to_world.transform_vector3(unit));
+        Ray { t_max: (self.far - self.near) / unit.z, ..ray }
+    }
+}
+
+fn parse_millimetres(params: &Params<'_>, text: &str) -> Result<f64, SceneError> {
+    let number = text.trim().strip_suffix("mm").unwrap_or(text.trim()).trim().parse::<f64>();
+    number.ok().filter(|f| f.is_finite() && *f > 0.0).ok_or_else(|| {
+        params.error(FOCAL_LENGTH.name, format!("\"{text}\" is no focal length")).hint("write it as 50mm")
+    })
+}
+
+/// A camera may be turned, moved and mirrored, not scaled: lengths are the world's.
+fn check_rigid(params: &Params<'_>, to_world: &DAffine3) -> Result<(), SceneError> {
+    let gram = to_world.matrix3.transpose() * to_world.matrix3;
+    if gram.abs_diff_eq(glam::DMat3::IDENTITY, 1e-4) {
+        return Ok(());
+    }
+    let error = params.error(TO_WORLD.name, "the sensor's to_world scales or shears");
+    Err(error.hint("a camera can only be turned, moved and mirrored"))
+}

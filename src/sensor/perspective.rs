@@ -1,0 +1,34 @@
+use glam::{DVec2, DVec3};
+
+use super::{FAR_CLIP, FILM, FOCAL_LENGTH, FOV, FOV_AXIS, Model, NEAR_CLIP, Projection, SAMPLER, TO_WORLD};
+use crate::{
+    math::Ray,
+    node::{Category, Described, Params, Plugin, SceneError},
+};
+
+/// A pinhole camera.
+#[derive(Clone, Debug)]
+pub struct Perspective {
+    projection: Projection,
+}
+
+impl Described for Perspective {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Sensor,
+        name: "perspective",
+        summary: "A pinhole camera.",
+        params: &[FOV, FOCAL_LENGTH, FOV_AXIS, NEAR_CLIP, FAR_CLIP, TO_WORLD, FILM, SAMPLER],
+        examples: &[r#"<sensor type="perspective"><float name="fov" value="40"/><film type="hdrfilm"/></sensor>"#],
+        evidence: &["sensor/projection"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        Ok(Self { projection: Projection::read(params)? })
+    }
+}
+
+impl Model for Perspective {
+    fn ray(&self, film: DVec2, _lens: DVec2) -> Ray {
+        self.projection.ray(DVec3::ZERO, self.projection.direction(film))
+    }
+}

@@ -1,0 +1,52 @@
+use glam::DVec2;
+
+use super::{FAR_CLIP, FILM, FOCAL_LENGTH, FOV, FOV_AXIS, Model, NEAR_CLIP, Projection, SAMPLER, TO_WORLD};
+use crate::{
+    math::{Ray, warp},
+    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
+};
+
+/// A camera with an ideal thin lens: points in the plane at `focus_distance` are sharp, others are discs.
+#[derive(Clone, Debug)]
+pub struct ThinLens {
+    projection: Projection,
+    aperture_radius: f64,
+    focus_distance: f64,
+}
+
+impl Described for ThinLens {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Sensor,
+        name: "thinlens",
+        summary: "A camera with an ideal thin lens, for depth of field.",
+        params: &[
+            Param::required("aperture_radius", Kind::Float, "the radius of the lens").within(Range::POSITIVE),
+            Param::optional("focus_distance", Kind::Float, "far_clip", "the depth of the plane that is sharp").within(Range::POSITIVE),
+            FOV,
+            FOCAL_LENGTH,
+            FOV_AXIS,
+            NEAR_CLIP,
+            FAR_CLIP,
+            TO_WORLD,
+            FILM,
+            SAMPLER,
+        ],
+        examples: &[r#"<sensor type="thinlens"><float name="aperture_radius" value="0.1"/><float name="focus_distance" value="3"/>
+            <film type="hdrfilm"/></sensor>"#],
+        evidence: &["sensor/blur-disc"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        let projection = Projection::read(params)?;
+        let focus_distance = params.optional_float("focus_distance")?.unwrap_or(projection.far);
+        Ok(Self { projection, aperture_radius: params.float("aperture_radius")?, focus_distance })
+    }
+}
+
+impl Model for ThinLens {
+    fn ray(&self, film: DVec2, lens: DVec2) -> Ray {
+        let origin = (self.aperture_radius * warp::square_to_disc(lens)).extend(0.0);
+        let focus = self.focus_distance * self.projection.direction(film);
+        self.projection.ray(origin, focus - origin)
+    }
+}

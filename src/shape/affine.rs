@@ -1,0 +1,56 @@
+use glam::{DAffine3, DMat3, DVec3};
+
+use crate::{
+    math::{PerArea, Ray},
+    node::{Params, SceneError},
+};
+
+/// An affine image of a canonical form: the maps both ways, and what they do to normals and areas.
+#[derive(Clone, Debug)]
+pub(super) struct Affine {
+    pub(super) to_world: DAffine3,
+    pub(super) to_local: DAffine3,
+    /// Takes local normals to the world, up to length: the inverse transpose.
+    normals: DMat3,
+    volume_scale: f64,
+}
+
+impl Affine {
+    pub(super) fn new(to_world: DAffine3) -> Self {
+        let to_local = to_world.inverse();
+        let normals = to_local.matrix3.transpose();
+        Self { to_world, to_local, normals, volume_scale: to_world.matrix3.determinant().abs() }
+    }
+
+    /// The shape's `to_world` after a map into the shape's space; an error if the whole is singular.
+    pub(super) fn read(params: &Params<'_>, canonical: DAffine3) -> Result<Self, SceneError> {
+        let to_world = params.transform(super::TO_WORLD.name)? * canonical;
+        let affine = Self::new(to_world);
+        if affine.to_local.is_finite() && affine.to_world.is_finite() {
+            return Ok(affine);
+        }
+        let what = "the shape has no volume left after its transform";
+        Err(params.error(super::TO_WORLD.name, what).hint("no scale may be 0 or beyond 1e308"))
+    }
+
+    #[inline]
+    pub(super) fn ray(&self, ray: &Ray) -> Ray {
+        ray.transformed(&self.to_local)
+    }
+
+    #[inline]
+    pub(super) fn point(&self, local: DVec3) -> DVec3 {
+        self.to_world.transform_point3(local)
+    }
+
+    #[inline]
+    pub(super) fn normal(&self, local: DVec3) -> DVec3 {
+        (self.normals * local).normalize()
+    }
+
+    /// How a density per local area looks in the world, at a place with this unit local normal.
+    /// A patch `n dA` becomes `det M · M⁻ᵀ n dA` (Nanson's formula).
+    pub(super) fn density(&self, local: PerArea, local_normal: DVec3) -> PerArea {
+        PerArea(local.0 / (self.volume_scale * (self.normals * local_normal).length()))
+    }
+}

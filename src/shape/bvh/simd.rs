@@ -1,0 +1,117 @@
+//! The AVX2 kernel and the choice between it and the portable one.
+//!
+//! The only module of the hierarchy with `unsafe` in it: calls of functions compiled for AVX2, guarded by a token that
+//! exists only where the processor has it, and aligned loads and stores. Its twin is [`Portable`].
+#![allow(unsafe_code)]
+
+use super::Bvh;
+use super::traverse::{self, Portable};
+use crate::math::Ray;
+
+/// [`Bvh::closest_block`] with the best kernel.
+#[inline]
+pub(super) fn closest(bvh: &Bvh, ray: &Ray, test: impl FnMut(u32, &Ray) -> Option<f64>) -> Option<f64> {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(kernel) = avx2::Avx2::detected() {
+        return kernel.closest(bvh, ray, test);
+    }
+    traverse::closest(Portable, bvh, ray, test)
+}
+
+/// [`Bvh::any_block`] with the best kernel.
+#[inline]
+pub(super) fn any(bvh: &Bvh, ray: &Ray, test: impl FnMut(u32, &Ray) -> bool) -> bool {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(kernel) = avx2::Avx2::detected() {
+        return kernel.any(bvh, ray, test);
+    }
+    traverse::any(Portable, bvh, ray, test)
+}
+
+#[cfg(target_arch = "x86_64")]
+pub(super) mod avx2 {
+    use std::arch::x86_64::*;
+
+    use super::super::traverse::{self, Kernel, Slabs, WIDENING};
+    use super::super::{Bvh, Lanes, Node, WIDTH};
+    use crate::math::Ray;
+
+    /// Eight boxes in one register. Who holds a value of this type runs on a processor with AVX2.
+    #[derive(Clone, Copy)]
+    pub(in super::super) struct Avx2(());
+
+    impl Avx2 {
+        /// The kernel, if this processor has what it takes.
+        #[inline]
+        pub(in super::super) fn detected() -> Option<Self> {
+            is_x86_feature_detected!("avx2").then_some(Self(()))
+        }
+
+        #[inline]
+        pub(in super::super) fn closest(
+            self,
+            bvh: &Bvh,
+            ray: &Ray,
+            test: impl FnMut(u32, &Ray) -> Option<f64>,
+        ) -> Option<f64> {
+            // SAFETY: there is an `Avx2` only where AVX2 was detected.
+            unsafe { closest(self, bvh, ray, test) }
+        }
+
+        #[inline]
+        pub(in super::super) fn any(self, bvh: &Bvh, ray: &Ray, test: impl FnMut(u32, &Ray) -> bool) -> bool {
+            // SAFETY: there is an `Avx2` only where AVX2 was detected.
+            unsafe { any(self, bvh, ray, test) }
+        }
+    }
+
+    impl Kernel for Avx2 {
+        #[inline(always)]
+        fn meet(self, node: &Node, slabs: &Slabs, limit: f32) -> (Lanes, u32) {
+            // SAFETY: there is an `Avx2` only where AVX2 was detected.
+            unsafe { meet(node, slabs, limit) }
+        }
+    }
+
+    #[target_feature(enable = "avx2")]
+    fn closest(kernel: Avx2, bvh: &Bvh, ray: &Ray, test: impl FnMut(u32, &Ray) -> Option<f64>) -> Option<f64> {
+        traverse::closest(kernel, bvh, ray, test)
+    }
+
+    #[target_feature(enable = "avx2")]
+    fn any(kernel: Avx2, bvh: &Bvh, ray: &Ray, test: impl FnMut(u32, &Ray) -> bool) -> bool {
+        traverse::any(kernel, bvh, ray, test)
+    }
+
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    fn load(lanes: &Lanes) -> __m256 {
+        // SAFETY: `Lanes` are eight `f32`, aligned to 32 bytes.
+        unsafe { _mm256_load_ps(lanes.0.as_ptr()) }
+    }
+
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    fn meet(node: &Node, slabs: &Slabs, limit: f32) -> (Lanes, u32) {
+        let mut entry = _mm256_set1_ps(slabs.start);
+        let mut exit = _mm256_set1_ps(f32::INFINITY);
+        for axis in 0..3 {
+            let down = slabs.is_down[axis] as usize;
+            let inverse = _mm256_set1_ps(slabs.inverse[axis]);
+            let enters = _mm256_sub_ps(load(&node.planes[axis][down]), _mm256_set1_ps(slabs.near_origin[axis]));
+            let leaves = _mm256_sub_ps(load(&node.planes[axis][1 - down]), _mm256_set1_ps(slabs.far_origin[axis]));
+            // If the first operand is NaN the second one is the result.
+            entry = _mm256_max_ps(_mm256_mul_ps(enters, inverse), entry);
+            exit = _mm256_min_ps(_mm256_mul_ps(leaves, inverse), exit);
+        }
+        let size = _mm256_andnot_ps(_mm256_set1_ps(-0.0), exit);
+        let exit = _mm256_add_ps(exit, _mm256_mul_ps(size, _mm256_set1_ps(WIDENING)));
+        let overlaps = _mm256_cmp_ps::<_CMP_LE_OQ>(entry, exit);
+        let in_time = _mm256_cmp_ps::<_CMP_LE_OQ>(entry, _mm256_set1_ps(limit));
+        let met = _mm256_movemask_ps(_mm256_and_ps(overlaps, in_time)) as u32;
+        let mut lanes = Lanes([0.0; WIDTH]);
+        // SAFETY: `Lanes` are eight `f32`, aligned to 32 bytes.
+        unsafe { _mm256_store_ps(lanes.0.as_mut_ptr(), entry) };
+        (lanes, met)
+    }
+}

@@ -1,0 +1,122 @@
+use glam::{DAffine3, DVec2, DVec3};
+
+use super::{Drawn, Hit, Model, Surface, affine::Affine};
+use crate::{
+    math::{Aabb, PerArea, Ray},
+    node::{Category, Described, Params, Plugin, SceneError},
+};
+
+/// The cube from -1 to 1, under any affine map a parallelepiped. Face `2 axis + side` lies at `±1` on that axis, the
+/// positive side being 1; each carries the unit square of `uv`, laid as in Mitsuba.
+#[derive(Clone, Debug)]
+pub struct Cube {
+    affine: Affine,
+    normals: [DVec3; 6],
+    /// The chance of each face to be drawn, summed up: proportional to its area.
+    cumulative: [f64; 6],
+    density: PerArea,
+}
+
+impl Described for Cube {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Shape,
+        name: "cube",
+        summary: "The cube from -1 to 1 on every axis, normals outwards.",
+        params: &[super::TO_WORLD, super::FLIP_NORMALS],
+        examples: &[
+            r#"<shape type="cube"/>"#,
+            r#"<shape type="cube"><transform name="to_world"><matrix value="2 0.5 0.1 1 0 1.5 0.2 -1 0.3 0 1 2 0 0 0 1"/>
+                </transform></shape>"#,
+        ],
+        evidence: &[],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        let affine = Affine::read(params, DAffine3::IDENTITY)?;
+        let areas: [f64; 6] = std::array::from_fn(|face| 4.0 / affine.density(PerArea(1.0), local_normal(face)).0);
+        let total: f64 = areas.iter().sum();
+        let mut sum = 0.0;
+        let cumulative = areas.map(|area| {
+            sum += area / total;
+            sum
+        });
+        let normals = std::array::from_fn(|face| affine.normal(local_normal(face)));
+        Ok(Self { affine, normals, cumulative, density: PerArea(1.0 / total) })
+    }
+}
+
+fn local_normal(face: usize) -> DVec3 {
+    DVec3::AXES[face / 2] * if face % 2 == 1 { 1.0 } else { -1.0 }
+}
+
+fn uv(face: usize, p: DVec3) -> DVec2 {
+    0.5 * (1.0
+        + match face {
+            0 => DVec2::new(p.y, p.z),
+            1 => DVec2::new(p.y, -p.z),
+            2 => DVec2::new(p.z, p.x),
+            3 => DVec2::new(-p.x, -p.z),
+            4 => DVec2::new(-p.y, p.x),
+            _ => DVec2::new(p.y, p.x),
+        })
+}
+
+impl Model for Cube {
+    fn bounds(&self) -> Aabb {
+        Aabb { min: DVec3::NEG_ONE, max: DVec3::ONE }.transformed(&self.affine.to_world)
+    }
+
+    /// The slabs method: the ray is inside between the last entry and the first exit of three slabs.
+    fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        let local = self.affine.ray(ray);
+        let (mut entry, mut entry_face) = (f64::NEG_INFINITY, 0);
+        let (mut exit, mut exit_face) = (f64::INFINITY, 0);
+        for axis in 0..3 {
+            let (o, d) = (local.origin[axis], local.direction[axis]);
+            if d == 0.0 {
+                if o.abs() > 1.0 {
+                    return None;
+                }
+                continue;
+            }
+            // Going up, one enters through the negative side.
+            let (near, far) = (-1.0_f64.copysign(d), 1.0_f64.copysign(d));
+            let (t_near, t_far) = ((near - o) / d, (far - o) / d);
+            if t_near > entry {
+                (entry, entry_face) = (t_near, 2 * axis + usize::from(near > 0.0));
+            }
+            if t_far < exit {
+                (exit, exit_face) = (t_far, 2 * axis + usize::from(far > 0.0));
+            }
+        }
+        if entry > exit {
+            return None;
+        }
+        let (t, face) = if ray.contains(entry) { (entry, entry_face) } else { (exit, exit_face) };
+        ray.contains(t).then_some(Hit { t, primitive: face as u32, coordinates: DVec2::ZERO })
+    }
+
+    fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
+        let face = hit.primitive as usize;
+        let mut local = self.affine.ray(ray).at(hit.t);
+        local[face / 2] = local_normal(face)[face / 2];
+        Surface::flat(self.affine.point(local), self.normals[face], uv(face, local), hit.primitive)
+    }
+
+    fn sample_area(&self, u: DVec2) -> Drawn<PerArea> {
+        let face = self.cumulative.iter().position(|&c| u.x < c).unwrap_or(5);
+        let below = if face == 0 { 0.0 } else { self.cumulative[face - 1] };
+        // What is left of u.x within the face's share is uniform again.
+        let along = (u.x - below) / (self.cumulative[face] - below);
+        let (axis, a, b) = (face / 2, (face / 2 + 1) % 3, (face / 2 + 2) % 3);
+        let mut local = DVec3::ZERO;
+        local[axis] = local_normal(face)[axis];
+        local[a] = 2.0 * along - 1.0;
+        local[b] = 2.0 * u.y - 1.0;
+        Drawn { p: self.affine.point(local), n: self.normals[face], uv: uv(face, local), density: self.density }
+    }
+
+    fn area_density(&self, _surface: &Surface) -> PerArea {
+        self.density
+    }
+}

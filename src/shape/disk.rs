@@ -1,0 +1,77 @@
+use std::f64::consts::{FRAC_1_PI, TAU};
+
+use glam::{DAffine3, DVec2, DVec3};
+
+use super::{Drawn, Hit, Model, Surface, affine::Affine};
+use crate::{
+    math::{Aabb, PerArea, Ray, warp},
+    node::{Category, Described, Params, Plugin, SceneError},
+};
+
+/// The unit disc in the plane `z = 0` with normal +z, under any affine map an ellipse.
+#[derive(Clone, Debug)]
+pub struct Disk {
+    affine: Affine,
+    n: DVec3,
+}
+
+impl Described for Disk {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Shape,
+        name: "disk",
+        summary: "The unit disc in the plane z = 0, with normal +z.",
+        params: &[super::TO_WORLD, super::FLIP_NORMALS],
+        examples: &[
+            r#"<shape type="disk"/>"#,
+            r#"<shape type="disk"><transform name="to_world"><scale x="2" y="0.5"/><rotate x="1" y="0" z="0" angle="40"/>
+                <translate z="3"/></transform></shape>"#,
+        ],
+        evidence: &["radiometry/disk-light"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        let affine = Affine::read(params, DAffine3::IDENTITY)?;
+        Ok(Self { n: affine.normal(DVec3::Z), affine })
+    }
+}
+
+/// Radius and angle over its whole range.
+fn uv(at: DVec2) -> DVec2 {
+    let phi = at.y.atan2(at.x) / TAU;
+    DVec2::new(at.length(), if phi < 0.0 { phi + 1.0 } else { phi })
+}
+
+impl Model for Disk {
+    fn bounds(&self) -> Aabb {
+        // An ellipse with half-axes a and b reaches sqrt(a² + b²) along each coordinate.
+        let axes = self.affine.to_world.matrix3;
+        let reach = (axes.x_axis * axes.x_axis + axes.y_axis * axes.y_axis).powf(0.5);
+        let centre = self.affine.to_world.translation;
+        Aabb { min: centre - reach, max: centre + reach }
+    }
+
+    fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        let local = self.affine.ray(ray);
+        let t = -local.origin.z / local.direction.z;
+        if !ray.contains(t) {
+            return None;
+        }
+        let at = local.at(t).truncate();
+        (at.length_squared() <= 1.0).then_some(Hit { t, primitive: 0, coordinates: at })
+    }
+
+    fn surface(&self, _ray: &Ray, hit: &Hit) -> Surface {
+        let at = hit.coordinates;
+        Surface::flat(self.affine.point(at.extend(0.0)), self.n, uv(at), 0)
+    }
+
+    fn sample_area(&self, u: DVec2) -> Drawn<PerArea> {
+        let at = warp::square_to_disc(u);
+        let density = self.affine.density(PerArea(FRAC_1_PI), DVec3::Z);
+        Drawn { p: self.affine.point(at.extend(0.0)), n: self.n, uv: uv(at), density }
+    }
+
+    fn area_density(&self, _surface: &Surface) -> PerArea {
+        self.affine.density(PerArea(FRAC_1_PI), DVec3::Z)
+    }
+}

@@ -1,0 +1,268 @@
+//! Ray against many triangles.
+//!
+//! **Test.** The watertight test of Woop, Benthin & Wald (2013), "Watertight ray/triangle intersection", JCGT 2(1): with
+//! `z` the axis on which the direction is greatest, a shear takes the ray to the `z` axis, and the signs of the three
+//! edge functions `P.x Q.y - P.y Q.x` of the sheared corners say whether the axis passes inside.
+//!
+//! **Watertight.** A sheared corner depends on the corner and the ray alone, so it is the same for all triangles that
+//! share it; exchanging `P` and `Q` negates the edge function exactly. Rounding is monotone, so the difference of two
+//! rounded products never has the wrong sign: it is right, or zero, and zero counts as inside for both neighbours. A
+//! ray thus finds no gap at a shared edge or corner, and no fallback to higher precision is needed.
+//!
+//! **What does not count.** Triangles without area (exactly, as computed in `f64` from the `f32` corners), triangles
+//! with a corner that is not finite, and hits on a triangle seen exactly edge-on, which its neighbours report.
+
+use glam::DVec3;
+
+use crate::math::{Aabb, Ray};
+use crate::shape::bvh::Bvh;
+
+/// Triangles tested at once.
+const LANES: usize = 4;
+
+/// Triangles with a hierarchy over them. Both sides are hit.
+///
+/// Corners are stored as `f32`, all arithmetic on them is `f64`.
+#[derive(Clone, Debug)]
+pub struct Triangles {
+    positions: Vec<[f32; 3]>,
+    indices: Vec<[u32; 3]>,
+    bvh: Bvh,
+    /// The corners again, in the blocks of the hierarchy.
+    blocks: Vec<Block>,
+}
+
+/// Where a ray meets a triangle: at `t`, and at `(1 - b1 - b2) a + b1 b + b2 c` of its corners.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TriangleHit {
+    /// The parameter of the ray.
+    pub t: f64,
+    /// The triangle, as numbered in `indices`.
+    pub triangle: u32,
+    /// The weight of the second corner.
+    pub b1: f64,
+    /// The weight of the third corner.
+    pub b2: f64,
+}
+
+impl Triangles {
+    /// Triangles with these corners; panics if an index is not one of a position.
+    #[must_use]
+    pub fn new(positions: Vec<[f32; 3]>, indices: Vec<[u32; 3]>) -> Self {
+        let corners = |i: &[u32; 3]| i.map(|k| positions[k as usize]);
+        let bounds = indices.iter().map(|i| bounds(&corners(i)));
+        let bvh = Bvh::build_in_blocks(bounds, LANES);
+        let fill = |block| Block::new(bvh.block(block).iter().map(|&i| corners(&indices[i as usize])));
+        let blocks = (0..bvh.block_count() as u32).map(fill).collect();
+        Self { positions, indices, bvh, blocks }
+    }
+
+    /// The corners that triangles share.
+    #[must_use]
+    pub fn positions(&self) -> &[[f32; 3]] {
+        &self.positions
+    }
+
+    /// For each triangle, which positions are its corners.
+    #[must_use]
+    pub fn indices(&self) -> &[[u32; 3]] {
+        &self.indices
+    }
+
+    /// The corners of a triangle.
+    #[must_use]
+    pub fn triangle(&self, triangle: u32) -> [DVec3; 3] {
+        self.indices[triangle as usize].map(|i| wide(self.positions[i as usize]))
+    }
+
+    /// The box around all triangles that can be hit.
+    #[must_use]
+    pub fn bounds(&self) -> Aabb {
+        self.bvh.bounds()
+    }
+
+    /// The memory of it all.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.positions) + size_of_val(&*self.indices) + size_of_val(&*self.blocks) + self.bvh.bytes()
+    }
+
+    /// The first triangle that the ray meets.
+    #[must_use]
+    pub fn closest(&self, ray: &Ray) -> Option<TriangleHit> {
+        let shear = Shear::new(ray);
+        let mut best = None;
+        self.bvh.closest_block(ray, |block, ray| {
+            let (lane, hit) = self.blocks[block as usize].closest(&shear, ray)?;
+            best = Some((block, lane, hit));
+            Some(hit.t)
+        });
+        best.map(|(block, lane, hit)| TriangleHit { triangle: self.bvh.block(block)[lane], ..hit })
+    }
+
+    /// Whether the ray meets any triangle.
+    #[must_use]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        let shear = Shear::new(ray);
+        self.bvh.any_block(ray, |block, ray| self.blocks[block as usize].closest(&shear, ray).is_some())
+    }
+}
+
+fn wide(p: [f32; 3]) -> DVec3 {
+    DVec3::from_array(p.map(f64::from))
+}
+
+/// The box around a triangle; empty if it cannot be hit.
+fn bounds(corners: &[[f32; 3]; 3]) -> Aabb {
+    let [a, b, c] = corners.map(wide);
+    let area = (b - a).cross(c - a).abs().max_element();
+    // False for NaN too.
+    if area > 0.0 && area < f64::INFINITY { Aabb::around([a, b, c]) } else { Aabb::EMPTY }
+}
+
+/// The map that takes a ray to the unit of the `z` axis.
+struct Shear {
+    /// Which axes become `x, y, z`.
+    axes: [usize; 3],
+    /// The origin of the ray, on those axes.
+    origin: [f64; 3],
+    /// `d_x / d_z, d_y / d_z, 1 / d_z`.
+    factor: [f64; 3],
+}
+
+impl Shear {
+    fn new(ray: &Ray) -> Self {
+        let [x, y, z] = ray.direction.abs().to_array();
+        let axes = if x > y && x > z {
+            [1, 2, 0]
+        } else if y > z {
+            [2, 0, 1]
+        } else {
+            [0, 1, 2]
+        };
+        let [i, j, k] = axes;
+        let (d, o) = (ray.direction, ray.origin);
+        Self { axes, origin: [o[i], o[j], o[k]], factor: [d[i] / d[k], d[j] / d[k], 1.0 / d[k]] }
+    }
+}
+
+/// One number for each triangle of a block.
+type Lanes = [f64; LANES];
+
+/// Up to [`LANES`] triangles; absent ones have all corners in the origin and so no area.
+#[derive(Clone, Debug)]
+#[repr(C, align(16))]
+struct Block {
+    /// `corners[corner][axis][lane]`
+    corners: [[[f32; LANES]; 3]; 3],
+}
+
+/// The sheared corner of each triangle of a block, and its edge functions.
+#[derive(Clone, Copy)]
+struct Sheared {
+    corners: [[Lanes; 3]; 3],
+    edges: [Lanes; 3],
+}
+
+impl Block {
+    fn new(triangles: impl Iterator<Item = [[f32; 3]; 3]>) -> Self {
+        let mut block = Self { corners: [[[0.0; LANES]; 3]; 3] };
+        for (lane, triangle) in triangles.enumerate() {
+            for (corner, position) in triangle.iter().enumerate() {
+                for (axis, &x) in position.iter().enumerate() {
+                    block.corners[corner][axis][lane] = x;
+                }
+            }
+        }
+        block
+    }
+
+    /// The closest hit and its lane; the number of the triangle is yet to be set.
+    #[inline(always)]
+    fn closest(&self, shear: &Shear, ray: &Ray) -> Option<(usize, TriangleHit)> {
+        let sheared = self.sheared(shear);
+        let mut candidates = sheared.candidates();
+        let mut t_max = ray.t_max;
+        let mut best = None;
+        while candidates != 0 {
+            let lane = candidates.trailing_zeros() as usize % LANES;
+            candidates &= candidates - 1;
+            if let Some(hit) = sheared.hit(lane, shear)
+                && ray.t_min < hit.t
+                && hit.t < t_max
+            {
+                t_max = hit.t;
+                best = Some((lane, hit));
+            }
+        }
+        best
+    }
+
+    #[inline(always)]
+    fn sheared(&self, shear: &Shear) -> Sheared {
+        let mut corners = [[[0.0; LANES]; 3]; 3];
+        for (to, from) in corners.iter_mut().zip(&self.corners) {
+            for i in 0..LANES {
+                let [x, y, z] =
+                    std::array::from_fn(|axis| f64::from(from[shear.axes[axis]][i]) - shear.origin[axis]);
+                to[0][i] = x - shear.factor[0] * z;
+                to[1][i] = y - shear.factor[1] * z;
+                to[2][i] = z;
+            }
+        }
+        let edge = |p: usize, q: usize| -> Lanes {
+            let (p, q) = (&corners[p], &corners[q]);
+            std::array::from_fn(|i| p[0][i] * q[1][i] - p[1][i] * q[0][i])
+        };
+        let edges = [edge(1, 2), edge(2, 0), edge(0, 1)];
+        Sheared { corners, edges }
+    }
+}
+
+/// The lesser number, as one instruction.
+#[inline(always)]
+fn less(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The greater number, as one instruction.
+#[inline(always)]
+fn more(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+impl Sheared {
+    /// The set of lanes, as bits, on none of whose edges the ray is outside.
+    #[inline(always)]
+    fn candidates(&self) -> u32 {
+        let [u, v, w] = &self.edges;
+        // Not negative if all three are on the one side or all on the other.
+        let inside: Lanes = std::array::from_fn(|i| {
+            let least = less(less(u[i], v[i]), w[i]);
+            let greatest = more(more(u[i], v[i]), w[i]);
+            more(least, -greatest)
+        });
+        let mut set = 0;
+        for i in 0..LANES {
+            set |= u32::from(inside[i] >= 0.0) << i;
+        }
+        set
+    }
+
+    /// The hit of a candidate, unless it is seen edge-on.
+    #[inline(always)]
+    fn hit(&self, lane: usize, shear: &Shear) -> Option<TriangleHit> {
+        let edge = |i: usize| self.edges[i][lane];
+        let z = |corner: usize| self.corners[corner][2][lane];
+        let (u, v, w) = (edge(0), edge(1), edge(2));
+        let determinant = u + v + w;
+        if determinant == 0.0 {
+            return None;
+        }
+        let t = (u * z(0) + v * z(1) + w * z(2)) / determinant * shear.factor[2];
+        Some(TriangleHit { t, triangle: 0, b1: v / determinant, b2: w / determinant })
+    }
+}
+
+#[cfg(test)]
+mod tests {}

@@ -1,0 +1,222 @@
+//! Surfaces that rays meet and lights shine from.
+//!
+//! A shape answers in world space. Its own frame is an affine image of a canonical form (the unit sphere, the unit
+//! square, ...), so that every affine `to_world` is exact: a squeezed sphere is an ellipsoid, with the right normals.
+
+mod affine;
+pub mod bvh;
+mod cube;
+mod cylinder;
+mod disk;
+pub mod mesh;
+mod rectangle;
+mod sphere;
+
+pub use cube::Cube;
+pub use cylinder::Cylinder;
+pub use disk::Disk;
+pub use rectangle::Rectangle;
+pub use sphere::Sphere;
+
+use glam::{DVec2, DVec3};
+
+use crate::{
+    math::{Aabb, Frame, PerArea, PerSolidAngle, Ray},
+    node::{Category, Document, Kind, ObjectId, Param, Params, SceneError, catalogue},
+};
+
+/// Where a ray meets a shape, in the shape's own terms.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// The ray's parameter.
+    pub t: f64,
+    /// Which face of a cube or triangle of a mesh.
+    pub primitive: u32,
+    /// Coordinates on the primitive: barycentric of the second and third corner for triangles, else unused.
+    pub coordinates: DVec2,
+}
+
+/// A point of a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// The position.
+    pub p: DVec3,
+    /// The unit normal of the true surface.
+    pub n: DVec3,
+    /// The frame that BSDFs work in; its normal is interpolated on smooth meshes, else it is `n`.
+    pub shading: Frame,
+    /// Texture coordinates.
+    pub uv: DVec2,
+    /// Which face of a cube or triangle of a mesh.
+    pub primitive: u32,
+}
+
+impl Surface {
+    /// A point where the shading normal is the true one.
+    #[must_use]
+    pub fn flat(p: DVec3, n: DVec3, uv: DVec2, primitive: u32) -> Self {
+        Self { p, n, shading: Frame::from_normal(n), uv, primitive }
+    }
+}
+
+/// A point of a surface that was drawn at random, with its density.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drawn<Density> {
+    /// The position.
+    pub p: DVec3,
+    /// The unit normal.
+    pub n: DVec3,
+    /// Texture coordinates.
+    pub uv: DVec2,
+    /// How densely such points are drawn.
+    pub density: Density,
+}
+
+/// What a shape answers. A ray's direction need not have unit length.
+pub trait Model {
+    /// A box around all of it.
+    fn bounds(&self) -> Aabb;
+
+    /// The first hit with `t_min < t < t_max`.
+    fn intersect(&self, ray: &Ray) -> Option<Hit>;
+
+    /// Whether there is any such hit.
+    fn occludes(&self, ray: &Ray) -> bool {
+        self.intersect(ray).is_some()
+    }
+
+    /// The surface at a hit of this ray.
+    fn surface(&self, ray: &Ray, hit: &Hit) -> Surface;
+
+    /// Draws a point from all of the surface.
+    fn sample_area(&self, u: DVec2) -> Drawn<PerArea>;
+
+    /// The density with which [`Model::sample_area`] draws a point.
+    fn area_density(&self, surface: &Surface) -> PerArea;
+
+    /// Draws a point to be lit from, as seen from `from`; None where the drawn point is seen edge-on.
+    fn sample_towards(&self, from: DVec3, u: DVec2) -> Option<Drawn<PerSolidAngle>> {
+        let drawn = self.sample_area(u);
+        let density = as_seen(drawn.density, from, drawn.p, drawn.n)?;
+        Some(Drawn { p: drawn.p, n: drawn.n, uv: drawn.uv, density })
+    }
+
+    /// How many parts without area were left out when it was read.
+    fn dropped(&self) -> usize {
+        0
+    }
+
+    /// The density with which [`Model::sample_towards`] draws a point.
+    fn density_towards(&self, from: DVec3, surface: &Surface) -> PerSolidAngle {
+        as_seen(self.area_density(surface), from, surface.p, surface.n).unwrap_or(PerSolidAngle(0.0))
+    }
+}
+
+fn as_seen(density: PerArea, from: DVec3, p: DVec3, n: DVec3) -> Option<PerSolidAngle> {
+    let way = p - from;
+    let distance_squared = way.length_squared();
+    density.to_solid_angle(n.dot(way) / distance_squared.sqrt(), distance_squared)
+}
+
+catalogue! { ($)
+    /// A shape without its material: the form alone.
+    pub enum Form in Category::Shape, each_form {
+        /// A sphere or an ellipsoid.
+        Sphere(Sphere),
+        /// A parallelogram.
+        Rectangle(Rectangle),
+        /// A parallelepiped.
+        Cube(Cube),
+        /// A disc or an ellipse.
+        Disk(Disk),
+        /// An open cylinder.
+        Cylinder(Cylinder),
+        /// Triangles from a PLY file.
+        Ply(mesh::Mesh<mesh::Ply>),
+        /// Triangles from an OBJ file.
+        Obj(mesh::Mesh<mesh::Obj>),
+    }
+}
+
+/// Parameters that every shape has.
+const TO_WORLD: Param = Param::optional("to_world", Kind::Transform, "the identity", "from the shape's space to the world's");
+const FLIP_NORMALS: Param = Param::new("flip_normals", Kind::Boolean, "false", "whether its normals point the other way");
+
+/// A form and which way its normals point.
+#[derive(Clone, Debug)]
+pub struct Shape {
+    form: Form,
+    flipped: bool,
+}
+
+impl Shape {
+    /// Reads a shape element's own parameters; its bsdf and its emitter are the caller's.
+    ///
+    /// # Errors
+    /// If a parameter is wrong or its file cannot be read.
+    pub fn read_from(params: &Params<'_>) -> Result<Self, SceneError> {
+        let form = Form::read_from(params)?;
+        Ok(Self { form, flipped: params.boolean(FLIP_NORMALS.name)? })
+    }
+
+    /// The view of a shape element.
+    ///
+    /// # Errors
+    /// If no shape has its name.
+    pub fn params(document: &Document, id: ObjectId) -> Result<Params<'_>, SceneError> {
+        Form::params(document, id)
+    }
+
+    fn outward(&self, n: DVec3) -> DVec3 {
+        if self.flipped { -n } else { n }
+    }
+}
+
+impl Model for Shape {
+    fn bounds(&self) -> Aabb {
+        each_form!(&self.form, form => form.bounds())
+    }
+
+    #[inline]
+    fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        each_form!(&self.form, form => form.intersect(ray))
+    }
+
+    #[inline]
+    fn occludes(&self, ray: &Ray) -> bool {
+        each_form!(&self.form, form => form.occludes(ray))
+    }
+
+    #[inline]
+    fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
+        let surface = each_form!(&self.form, form => form.surface(ray, hit));
+        if !self.flipped {
+            return surface;
+        }
+        Surface { n: -surface.n, shading: Frame::from_normal(-surface.shading.n), ..surface }
+    }
+
+    fn sample_area(&self, u: DVec2) -> Drawn<PerArea> {
+        let drawn = each_form!(&self.form, form => form.sample_area(u));
+        Drawn { n: self.outward(drawn.n), ..drawn }
+    }
+
+    fn area_density(&self, surface: &Surface) -> PerArea {
+        each_form!(&self.form, form => form.area_density(surface))
+    }
+
+    #[inline]
+    fn sample_towards(&self, from: DVec3, u: DVec2) -> Option<Drawn<PerSolidAngle>> {
+        let drawn = each_form!(&self.form, form => form.sample_towards(from, u))?;
+        Some(Drawn { n: self.outward(drawn.n), ..drawn })
+    }
+
+    #[inline]
+    fn density_towards(&self, from: DVec3, surface: &Surface) -> PerSolidAngle {
+        each_form!(&self.form, form => form.density_towards(from, surface))
+    }
+
+    fn dropped(&self) -> usize {
+        each_form!(&self.form, form => form.dropped())
+    }
+}

@@ -1,0 +1,66 @@
+use glam::{DAffine3, DVec2, DVec3};
+
+use super::{Drawn, Hit, Model, Surface, affine::Affine};
+use crate::{
+    math::{Aabb, PerArea, Ray},
+    node::{Category, Described, Params, Plugin, SceneError},
+};
+
+/// The square `|x|, |y| <= 1` in the plane `z = 0` with normal +z, under any affine map a parallelogram.
+#[derive(Clone, Debug)]
+pub struct Rectangle {
+    affine: Affine,
+    n: DVec3,
+}
+
+impl Described for Rectangle {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Shape,
+        name: "rectangle",
+        summary: "The square from -1 to 1 in x and y, with normal +z.",
+        params: &[super::TO_WORLD, super::FLIP_NORMALS],
+        examples: &[
+            r#"<shape type="rectangle"/>"#,
+            r#"<shape type="rectangle"><transform name="to_world"><matrix value="2 0.5 0.1 1 0 1.5 0.2 -1 0.3 0 1 2 0 0 0 1"/>
+                </transform><boolean name="flip_normals" value="true"/></shape>"#,
+        ],
+        evidence: &["radiometry/polygon-light"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        let affine = Affine::read(params, DAffine3::IDENTITY)?;
+        Ok(Self { n: affine.normal(DVec3::Z), affine })
+    }
+}
+
+impl Model for Rectangle {
+    fn bounds(&self) -> Aabb {
+        let corner = |x, y| self.affine.point(DVec3::new(x, y, 0.0));
+        Aabb::around([corner(-1.0, -1.0), corner(1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0)])
+    }
+
+    #[inline]
+    fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        let local = self.affine.ray(ray);
+        let t = -local.origin.z / local.direction.z;
+        if !ray.contains(t) {
+            return None;
+        }
+        let at = local.at(t).truncate();
+        at.abs().cmple(DVec2::ONE).all().then_some(Hit { t, primitive: 0, coordinates: at })
+    }
+
+    fn surface(&self, _ray: &Ray, hit: &Hit) -> Surface {
+        let at = hit.coordinates;
+        Surface::flat(self.affine.point(at.extend(0.0)), self.n, 0.5 * (at + 1.0), 0)
+    }
+
+    fn sample_area(&self, u: DVec2) -> Drawn<PerArea> {
+        let p = self.affine.point((2.0 * u - 1.0).extend(0.0));
+        Drawn { p, n: self.n, uv: u, density: self.affine.density(PerArea(0.25), DVec3::Z) }
+    }
+
+    fn area_density(&self, _surface: &Surface) -> PerArea {
+        self.affine.density(PerArea(0.25), DVec3::Z)
+    }
+}

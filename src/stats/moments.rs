@@ -1,0 +1,131 @@
+//! Running mean and variance of a stream of numbers.
+
+use serde::{Deserialize, Serialize};
+
+/// Count, mean and sum of squared deviations of the numbers pushed so far, in the units of those numbers.
+///
+/// Push: Welford 1962, "Note on a method for calculating corrected sums of squares and products". Merge: Chan, Golub
+/// and `LeVeque` 1979, "Updating formulae and a pairwise algorithm for computing sample variances".
+///
+/// The last bits depend on the order of pushes and merges; where that matters, use [`ExactMoments`].
+///
+/// [`ExactMoments`]: super::ExactMoments
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Moments {
+    /// How many numbers were pushed.
+    pub n: u64,
+    /// Their mean; 0 when there are none.
+    pub mean: f64,
+    /// The sum of their squared deviations from the mean.
+    pub m2: f64,
+}
+
+impl Moments {
+    /// Adds one number.
+    pub fn push(&mut self, x: f64) {
+        self.n += 1;
+        let before = x - self.mean;
+        self.mean += before / self.n as f64;
+        self.m2 += before * (x - self.mean);
+    }
+
+    /// Adds everything that was pushed to `other`.
+    pub fn merge(&mut self, other: &Self) {
+        if other.n == 0 {
+            return;
+        }
+        let (here, there) = (self.n as f64, other.n as f64);
+        let total = here + there;
+        let between = other.mean - self.mean;
+        self.mean += between * (there / total);
+        self.m2 += other.m2 + between * between * (here * there / total);
+        self.n += other.n;
+    }
+
+    /// The unbiased (n - 1) variance of one number; `None` below two numbers.
+    #[must_use]
+    pub fn variance(&self) -> Option<f64> {
+        (self.n >= 2).then(|| self.m2 / (self.n - 1) as f64)
+    }
+
+    /// The variance of the mean, that is variance / n; `None` below two numbers.
+    #[must_use]
+    pub fn variance_of_mean(&self) -> Option<f64> {
+        Some(self.variance()? / self.n as f64)
+    }
+
+    /// The standard error of the mean; `None` below two numbers.
+    #[must_use]
+    pub fn std_error(&self) -> Option<f64> {
+        Some(self.variance_of_mean()?.sqrt())
+    }
+}
+
+impl FromIterator<f64> for Moments {
+    fn from_iter<I: IntoIterator<Item = f64>>(numbers: I) -> Self {
+        let mut moments = Self::default();
+        for x in numbers {
+            moments.push(x);
+        }
+        moments
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Numbers with a large common offset, the case that the naive sum of squares loses.
+    fn numbers() -> impl Strategy<Value = Vec<f64>> {
+        (-1e6..1e6, prop::collection::vec(-1.0..1.0, 2..200))
+            .prop_map(|(offset, noise)| noise.iter().map(|x| offset + x).collect())
+    }
+
+    /// Mean and (n - 1) variance by their definitions, in two passes.
+    fn two_pass(x: &[f64]) -> (f64, f64) {
+        let n = x.len() as f64;
+        let mean = x.iter().sum::<f64>() / n;
+        let m2: f64 = x.iter().map(|x| (x - mean).powi(2)).sum();
+        let drift: f64 = x.iter().map(|x| x - mean).sum();
+        (mean + drift / n, (m2 - drift * drift / n) / (n - 1.0))
+    }
+
+    #[test]
+    fn three_numbers_by_hand() {
+        let moments: Moments = [1.0, 2.0, 6.0].into_iter().collect();
+        assert_eq!(moments.mean, 3.0);
+        assert_eq!(moments.variance(), Some(7.0));
+        assert_eq!(moments.variance_of_mean(), Some(7.0 / 3.0));
+        assert_eq!(moments.std_error(), Some((7.0_f64 / 3.0).sqrt()));
+    }
+
+    #[test]
+    fn below_two_numbers_there_is_no_variance() {
+        let mut moments = Moments::default();
+        assert_eq!(moments.variance(), None);
+        moments.push(4.0);
+        assert_eq!((moments.mean, moments.variance(), moments.std_error()), (4.0, None, None));
+    }
+
+    proptest! {
+        #[test]
+        fn push_agrees_with_two_passes(x in numbers()) {
+            let moments: Moments = x.iter().copied().collect();
+            let (mean, variance) = two_pass(&x);
+            prop_assert!((moments.mean - mean).abs() <= 1e-14 * 1e6);
+            prop_assert!((moments.variance().unwrap() - variance).abs() <= 1e-8 * (1.0 + variance));
+        }
+
+        #[test]
+        fn merge_agrees_with_push(x in numbers(), cut in 0.0..1.0) {
+            let cut = (cut * x.len() as f64) as usize;
+            let whole: Moments = x.iter().copied().collect();
+            let mut left: Moments = x[..cut].iter().copied().collect();
+            left.merge(&x[cut..].iter().copied().collect());
+            prop_assert_eq!(left.n, whole.n);
+            prop_assert!((left.mean - whole.mean).abs() <= 1e-14 * 1e6);
+            prop_assert!((left.m2 - whole.m2).abs() <= 1e-8 * (1.0 + whole.m2));
+        }
+    }
+}

@@ -1,0 +1,644 @@
+//! The verdict on "ours equals the reference", from two images reduced to tiles.
+//!
+//! Three statistics share the level α by Bonferroni, a third each, because each sees what the others miss:
+//!
+//! - **global**: the three channel means of the whole image, Welch each, Šidák over 3. Sees a small bias everywhere.
+//! - **peak**: the largest |t| over tiles × channels, as the smallest p, Šidák over their number. Sees a local error.
+//! - **scatter**: Σz² over tile luminances against χ². Each z has the p of its tile's Welch t, so that few degrees of
+//!   freedom do not inflate it. Sees many small errors that cancel in the mean.
+//!
+//! The scatter assumes that tiles are independent of each other. Paths traced pixel by pixel are; photons that are shared
+//! by many pixels, and chains of mutations, are not.
+//!
+//! Pixels that both sides know exactly (emitters seen directly, the background) must not be among the tiles: there
+//! round-off is significant, and t tests reject on it. They go to a [`DeterministicCheck`].
+//!
+//! Agreement is only worth what it could have excluded, so it needs power: see [`Outcome::Undecided`].
+
+use super::{Chi2, Estimate, TiledMeans, Welch, multiple, normal, power};
+use serde::{Deserialize, Serialize};
+
+/// The levels and the ambition of a verdict.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct VerdictConfig {
+    /// The chance of rejecting an image that is right, all statistics together, in (0, 1).
+    pub alpha: f64,
+    /// The relative bias of a channel mean that must not pass unseen, above 0.
+    pub target_bias: f64,
+    /// How surely that bias must be seen, in (0.5, 1).
+    pub power: f64,
+}
+
+impl Default for VerdictConfig {
+    /// One false alarm in a hundred; half a percent of bias, seen 99 times in a hundred.
+    fn default() -> Self {
+        Self { alpha: 0.01, target_bias: 0.005, power: 0.99 }
+    }
+}
+
+/// What the evidence says.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Outcome {
+    /// Nothing rejects, and a bias of the target size in any lit channel would have been seen.
+    Agrees,
+    /// At least one statistic, or the deterministic pixels, reject equality.
+    Differs,
+    /// Nothing rejects, but a bias of the target size in some channel might have passed unseen.
+    Undecided {
+        /// How many times as many samples our side needs so that it would not, with the same number of sub-renders (to
+        /// 1 %); `None` when the reference's own error hides the target bias however good our side is.
+        needed_factor: Option<f64>,
+    },
+}
+
+/// Global channel means.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct GlobalTest {
+    /// Red, green and blue, ours minus reference.
+    pub channels: [Welch; 3],
+    /// The differences relative to the reference; `None` in a channel whose reference is black.
+    pub relative_difference: [Option<f64>; 3],
+    /// The relative bias that each channel's test at its Šidák level finds with the configured power; `None` as above.
+    pub detectable_bias: [Option<f64>; 3],
+    /// The largest of those: the figure held against the target, because a wrong channel is a wrong image. `None` when
+    /// the whole reference is black.
+    pub worst_detectable_bias: Option<f64>,
+    /// The smallest p, Šidák over the three.
+    pub p: f64,
+    /// Rejects at or below this p.
+    pub level: f64,
+}
+
+/// The worst tile and channel.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PeakTest {
+    /// How many tests there were: tiles × channels, less those where both sides are exact and equal.
+    pub tests: usize,
+    /// The tile of the smallest p and its channel (0 red, 1 green, 2 blue); `None` without tests.
+    pub tile_and_channel: Option<(usize, usize)>,
+    /// The smallest p as it came.
+    pub smallest_p: f64,
+    /// The smallest p, Šidák over `tests`.
+    pub p: f64,
+    /// Rejects at or below this p.
+    pub level: f64,
+}
+
+/// The scatter of all tile luminances.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ScatterTest {
+    /// Σz² over the tiles, less those where both sides are exact and equal.
+    pub chi2: Chi2,
+    /// Rejects at or below this p.
+    pub level: f64,
+}
+
+/// One tile of the comparison.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct TileComparison {
+    /// Red, green and blue.
+    pub channels: [Welch; 3],
+    /// Luminance: its p is uniform over tiles when the images agree, so this is the one for a map or a histogram.
+    pub luminance: Welch,
+    /// The signed z score with the p of the luminance, within ±37.5.
+    pub z: f64,
+    /// The smallest p of the channels, Šidák over those that test anything.
+    pub p: f64,
+}
+
+/// The verdict with every number behind it. Indices of tiles count row by row.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// What the evidence says.
+    pub outcome: Outcome,
+    /// The smallest p of the three statistics, Bonferroni over them: they reject when it is at or below α.
+    pub p: f64,
+    /// The global channel means.
+    pub global: GlobalTest,
+    /// The worst tile.
+    pub peak: PeakTest,
+    /// The tiles together.
+    pub scatter: ScatterTest,
+    /// The pixels without noise, when there were any.
+    pub deterministic: Option<DeterministicCheck>,
+    /// Tiles across.
+    pub columns: usize,
+    /// Tiles down.
+    pub rows: usize,
+    /// How many tiles are not masked out.
+    pub tiles_compared: usize,
+    /// Each tile; `None` where it is masked out.
+    pub tiles: Vec<Option<TileComparison>>,
+    /// Tiles whose p is rejected by Benjamini and Hochberg at rate α: where to look. They do not enter the outcome.
+    pub localised: Vec<usize>,
+    /// The levels that were used.
+    pub config: VerdictConfig,
+}
+
+/// Why two sides cannot be compared.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum VerdictError {
+    /// The grids of tiles have different shapes.
+    #[error("our image has {ours:?} tiles (columns, rows), the reference has {reference:?}")]
+    GridsDiffer {
+        /// Our columns and rows.
+        ours: (usize, usize),
+        /// The reference's.
+        reference: (usize, usize),
+    },
+    /// A tile is masked out on one side only: the masks were not shared, or one renderer made a NaN.
+    #[error("tile ({column}, {row}) is masked out on one side only")]
+    MasksDiffer {
+        /// The first such tile.
+        column: usize,
+        /// The first such tile.
+        row: usize,
+    },
+    /// Every tile is masked out, and there are no deterministic pixels either.
+    #[error("every tile is masked out and no pixel is deterministic: nothing was compared")]
+    NothingCompared,
+}
+
+impl Verdict {
+    /// Compares two sides on the same grid with the same mask.
+    ///
+    /// A tile where both sides are exact and equal is not a test and is not counted; where they are exact and different it
+    /// rejects with p = 0. The masks must be chosen without looking at the difference.
+    ///
+    /// # Errors
+    /// If grids or masks differ, or nothing would be compared.
+    pub fn compare(
+        ours: &TiledMeans,
+        reference: &TiledMeans,
+        deterministic: Option<DeterministicCheck>,
+        config: &VerdictConfig,
+    ) -> Result<Self, VerdictError> {
+        let tiles = compare_tiles(ours, reference)?;
+        let tiles_compared = tiles.iter().flatten().count();
+        if tiles_compared == 0 && deterministic.is_none_or(|check| check.compared == 0) {
+            return Err(VerdictError::NothingCompared);
+        }
+        let level = multiple::bonferroni_level(config.alpha, 3);
+        let global = GlobalTest::new(&ours.global, &reference.global, level, config.power);
+        let peak = PeakTest::new(&tiles, level);
+        let scatter = ScatterTest::new(&tiles, level);
+
+        let smallest = global.p.min(peak.p).min(scatter.chi2.p);
+        let failed = deterministic.is_some_and(|check| !check.passed);
+        let outcome = if smallest <= level || failed {
+            Outcome::Differs
+        } else if global.worst_detectable_bias.is_some_and(|bias| bias > config.target_bias) {
+            Outcome::Undecided { needed_factor: needed_factor(&ours.global, &reference.global, level, config) }
+        } else {
+            Outcome::Agrees
+        };
+        Ok(Self {
+            outcome,
+            p: multiple::bonferroni_p(smallest, 3),
+            global,
+            peak,
+            scatter,
+            deterministic,
+            columns: ours.columns,
+            rows: ours.rows,
+            tiles_compared,
+            localised: localise(&tiles, config.alpha),
+            tiles,
+            config: *config,
+        })
+    }
+}
+
+/// Every tile that is used on both sides.
+fn compare_tiles(ours: &TiledMeans, reference: &TiledMeans) -> Result<Vec<Option<TileComparison>>, VerdictError> {
+    let grid = |side: &TiledMeans| (side.columns, side.rows);
+    if grid(ours) != grid(reference) {
+        return Err(VerdictError::GridsDiffer { ours: grid(ours), reference: grid(reference) });
+    }
+    let one = |tile: usize| match (
+        ours.tiles[tile].zip(ours.luminance[tile]),
+        reference.tiles[tile].zip(reference.luminance[tile]),
+    ) {
+        (Some(ours), Some(reference)) => Ok(Some(TileComparison::new(&ours, &reference))),
+        (None, None) => Ok(None),
+        _ => Err(VerdictError::MasksDiffer { column: tile % ours.columns, row: tile / ours.columns }),
+    };
+    (0..ours.tiles.len()).map(one).collect()
+}
+
+impl TileComparison {
+    fn new(ours: &([Estimate; 3], Estimate), reference: &([Estimate; 3], Estimate)) -> Self {
+        let channels: [Welch; 3] = std::array::from_fn(|c| Welch::test(&ours.0[c], &reference.0[c]));
+        let luminance = Welch::test(&ours.1, &reference.1);
+        let tests = channels.iter().filter(|welch| !welch.is_vacuous()).count();
+        let smallest = channels.iter().map(|welch| welch.p).fold(1.0, f64::min);
+        Self {
+            channels,
+            luminance,
+            z: normal::two_sided_z(luminance.p).copysign(luminance.difference),
+            p: multiple::sidak_p(smallest, tests),
+        }
+    }
+}
+
+impl GlobalTest {
+    fn new(ours: &[Estimate; 3], reference: &[Estimate; 3], level: f64, power: f64) -> Self {
+        let channels: [Welch; 3] = std::array::from_fn(|c| Welch::test(&ours[c], &reference[c]));
+        let channel_level = multiple::sidak_level(level, 3);
+        let detectable_bias: [Option<f64>; 3] = std::array::from_fn(|c| {
+            power::detectable_bias(reference[c].mean, channels[c].std_error, channels[c].dof, channel_level, power)
+        });
+        let smallest = channels.iter().map(|welch| welch.p).fold(1.0, f64::min);
+        Self {
+            channels,
+            relative_difference: std::array::from_fn(|c| {
+                let mean = reference[c].mean;
+                (mean != 0.0).then(|| channels[c].difference / mean.abs())
+            }),
+            detectable_bias,
+            worst_detectable_bias: detectable_bias.into_iter().flatten().reduce(f64::max),
+            p: multiple::sidak_p(smallest, 3),
+            level,
+        }
+    }
+}
+
+impl PeakTest {
+    fn new(tiles: &[Option<TileComparison>], level: f64) -> Self {
+        let each = tiles.iter().enumerate().filter_map(|(tile, comparison)| Some((tile, comparison.as_ref()?)));
+        let each = each.flat_map(|(tile, comparison)| {
+            let channels = comparison.channels.iter().enumerate();
+            channels.filter(|(_, welch)| !welch.is_vacuous()).map(move |(c, welch)| ((tile, c), welch.p))
+        });
+        let tests = each.clone().count();
+        let smallest = each.min_by(|a, b| a.1.total_cmp(&b.1));
+        let smallest_p = smallest.map_or(1.0, |(_, p)| p);
+        Self {
+            tests,
+            tile_and_channel: smallest.map(|(place, _)| place),
+            smallest_p,
+            p: multiple::sidak_p(smallest_p, tests),
+            level,
+        }
+    }
+}
+
+impl ScatterTest {
+    fn new(tiles: &[Option<TileComparison>], level: f64) -> Self {
+        let tested = tiles.iter().flatten().filter(|tile| !tile.luminance.is_vacuous());
+        let z: Vec<f64> = tested.map(|tile| tile.z).collect();
+        Self { chi2: Chi2::sum_of_squares(&z), level }
+    }
+}
+
+fn localise(tiles: &[Option<TileComparison>], rate: f64) -> Vec<usize> {
+    let (index, p): (Vec<usize>, Vec<f64>) =
+        tiles.iter().enumerate().filter_map(|(tile, comparison)| Some((tile, comparison.as_ref()?.p))).unzip();
+    let rejected = multiple::benjamini_hochberg(&p, rate);
+    index.into_iter().zip(rejected).filter_map(|(tile, rejected)| rejected.then_some(tile)).collect()
+}
+
+/// With so many times the samples our side might as well be exact.
+const AS_GOOD_AS_EXACT: f64 = 1e6;
+
+/// How many times as many samples bring the worst detectable bias down to the target; `None` when none do.
+///
+/// The variance of our means falls with the samples; the degrees of freedom of a side stay, those of the difference
+/// move towards the reference's.
+fn needed_factor(ours: &[Estimate; 3], reference: &[Estimate; 3], level: f64, config: &VerdictConfig) -> Option<f64> {
+    let suffices = |factor: f64| {
+        let better = ours.map(|side| Estimate { variance_of_mean: side.variance_of_mean / factor, ..side });
+        let worst = GlobalTest::new(&better, reference, level, config.power).worst_detectable_bias;
+        worst.is_none_or(|bias| bias <= config.target_bias)
+    };
+    if !suffices(AS_GOOD_AS_EXACT) {
+        return None;
+    }
+    let mut high = 2.0;
+    while !suffices(high) {
+        high *= 2.0;
+    }
+    let mut low = 0.5 * high;
+    while high > 1.01 * low {
+        let middle = (low * high).sqrt();
+        if suffices(middle) { high = middle } else { low = middle }
+    }
+    Some(high)
+}
+
+/// A comparison, to a tolerance, of pixels that neither side estimates.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct DeterministicCheck {
+    /// How many values were compared.
+    pub compared: usize,
+    /// The largest relative difference.
+    #[serde(with = "super::float")]
+    pub worst_relative: f64,
+    /// The largest one allowed.
+    pub tolerance: f64,
+    /// Whether the worst is within the tolerance.
+    pub passed: bool,
+}
+
+impl DeterministicCheck {
+    /// A relative 1e-4: f32 films and different orders of evaluation pass, a wrong emitter does not.
+    pub const TOLERANCE: f64 = 1e-4;
+    /// Values below this part of the largest one in either image are compared as if they were that large, so
+    /// that the dust in a black pixel is not divided by 0.
+    pub const FLOOR: f64 = 1e-6;
+
+    /// Compares values pairwise: |a - b| / max(|b|, [`FLOOR`](Self::FLOOR) × the largest value of either side). A NaN
+    /// or an infinity on either side fails.
+    ///
+    /// # Panics
+    /// If the lengths differ.
+    #[must_use]
+    pub fn compare(ours: &[f64], reference: &[f64]) -> Self {
+        assert_eq!(ours.len(), reference.len(), "values are compared pairwise");
+        let largest = ours.iter().chain(reference).map(|x| x.abs()).fold(f64::MIN_POSITIVE, f64::max);
+        let floor = Self::FLOOR * largest;
+        let relative = |(a, b): (&f64, &f64)| match (a - b).abs() / b.abs().max(floor) {
+            relative if relative.is_finite() => relative,
+            _ => f64::INFINITY,
+        };
+        let worst_relative = ours.iter().zip(reference).map(relative).fold(0.0, f64::max);
+        Self {
+            compared: ours.len(),
+            worst_relative,
+            tolerance: Self::TOLERANCE,
+            passed: worst_relative <= Self::TOLERANCE,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::draws::Draws;
+    use super::super::{Ks, binomial};
+    use super::*;
+
+    /// A synthetic renderer: 8 × 8 tiles, smooth radiance, partly correlated channels.
+    #[derive(Clone, Copy)]
+    struct Scene {
+        /// One variate of mean 0 for each pixel.
+        noise: fn(&mut Draws) -> f64,
+        /// Relative deviation of a pixel of a sub-render.
+        deviation: f64,
+        pixels_per_tile: u32,
+        /// Factor on every radiance.
+        gain: f64,
+        /// Factor on tile 27.
+        tile_gain: f64,
+    }
+
+    const GAUSSIAN: Scene =
+        Scene { noise: Draws::normal, deviation: 0.3, pixels_per_tile: 4, gain: 1.0, tile_gain: 1.0 };
+    const EXPONENTIAL: Scene = Scene { noise: |d| d.exponential() - 1.0, ..GAUSSIAN };
+    const LOGNORMAL: Scene = Scene { noise: |d| d.lognormal() - 1.0, ..GAUSSIAN };
+
+    impl Scene {
+        fn render(&self, batches: usize, draws: &mut Draws) -> TiledMeans {
+            let tile_mean = |tile: usize, draws: &mut Draws| {
+                let mut noise = || -> f64 { (0..self.pixels_per_tile).map(|_| (self.noise)(draws)).sum() };
+                let (common, own) = (noise(), noise());
+                let scale = self.deviation / f64::from(self.pixels_per_tile);
+                let gain = if tile == 27 { self.gain * self.tile_gain } else { self.gain };
+                std::array::from_fn(|c| {
+                    let radiance = 0.1 + 0.02 * tile as f64 + 0.1 * c as f64;
+                    gain * radiance * (1.0 + scale * (common + (c as f64 - 1.0) * own))
+                })
+            };
+            let mut batch = || (0..64).map(|tile| tile_mean(tile, draws)).collect();
+            let batches: Vec<Vec<[f64; 3]>> = (0..batches).map(|_| batch()).collect();
+            TiledMeans::from_batches(8, 8, &batches, &[self.pixels_per_tile; 64]).unwrap()
+        }
+    }
+
+    fn compare(ours: &TiledMeans, reference: &TiledMeans) -> Verdict {
+        Verdict::compare(ours, reference, None, &VerdictConfig::default()).unwrap()
+    }
+
+    /// `count` verdicts of `ours` against `reference`, with this many sub-renders each.
+    fn verdicts(seed: u64, count: usize, ours: (Scene, usize), reference: (Scene, usize)) -> Vec<Verdict> {
+        let mut draws = Draws::new(seed);
+        let mut one = || {
+            let ours = ours.0.render(ours.1, &mut draws);
+            compare(&ours, &reference.0.render(reference.1, &mut draws))
+        };
+        (0..count).map(|_| one()).collect()
+    }
+
+    fn rejections(verdicts: &[Verdict]) -> u64 {
+        verdicts.iter().filter(|verdict| verdict.outcome == Outcome::Differs).count() as u64
+    }
+
+    fn one_tile(ours: Estimate, reference: Estimate) -> (TiledMeans, TiledMeans) {
+        let side = |estimate| TiledMeans {
+            columns: 1,
+            rows: 1,
+            tiles: vec![Some([estimate; 3])],
+            luminance: vec![Some(estimate)],
+            global: [estimate; 3],
+        };
+        (side(ours), side(reference))
+    }
+
+    #[test]
+    fn equal_renders_are_rejected_no_more_often_than_alpha() {
+        let scenes = [("gaussian", GAUSSIAN), ("exponential", EXPONENTIAL), ("log-normal", LOGNORMAL)];
+        for (seed, (name, scene)) in (10..).zip(scenes) {
+            for batches in [16, 32] {
+                let found = rejections(&verdicts(seed, 400, (scene, batches), (scene, batches)));
+                println!("A/A {name}, K = {batches}: {found} of 400");
+                assert!(binomial::at_least_p(found, 400, 0.01) > 0.005, "{name}, K = {batches}: {found} of 400");
+            }
+        }
+    }
+
+    #[test]
+    fn another_estimator_of_the_same_image_is_not_rejected() {
+        // Twice the deviation on our side and skew on one only, as when a path tracer meets a light tracer.
+        let noisy = Scene { deviation: 0.6, pixels_per_tile: 16, ..EXPONENTIAL };
+        let found = rejections(&verdicts(20, 400, (noisy, 32), (GAUSSIAN, 16)));
+        println!("A/B: {found} of 400");
+        assert!(binomial::at_least_p(found, 400, 0.01) > 0.005, "{found} of 400");
+    }
+
+    #[test]
+    fn every_statistic_is_uniform_when_the_images_agree() {
+        let verdicts = verdicts(21, 600, (GAUSSIAN, 32), (GAUSSIAN, 32));
+        let scatter: Vec<f64> = verdicts.iter().map(|v| v.scatter.chi2.p).collect();
+        let tiles: Vec<f64> =
+            verdicts.iter().flat_map(|v| v.tiles.iter().flatten().map(|tile| tile.luminance.p)).collect();
+        for (name, p) in [("scatter", scatter), ("tile luminances", tiles)] {
+            let ks = Ks::one_sample(&p, |p| p);
+            println!("uniformity of {name}: {ks:?}");
+            assert!(ks.p > 0.01, "{name}: {ks:?}");
+        }
+        // The channels are correlated, so Šidák is cautious for these two: small p no more often than they say.
+        let global: Vec<f64> = verdicts.iter().map(|v| v.global.p).collect();
+        let peak: Vec<f64> = verdicts.iter().map(|v| v.peak.p).collect();
+        for (name, p) in [("global", global), ("peak", peak)] {
+            for level in [0.01, 0.1, 0.3] {
+                let below = p.iter().filter(|p| **p <= level).count() as u64;
+                assert!(binomial::at_least_p(below, 600, level) > 0.002, "{name}: {below} below {level}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_bias_of_the_target_size_is_found_as_often_as_promised() {
+        // Enough sub-renders that half a percent lies exactly at the edge of what is detectable.
+        let (mut draws, config) = (Draws::new(22), VerdictConfig::default());
+        let coarse = Scene { pixels_per_tile: 1, ..LOGNORMAL };
+        let (ours, reference) = (coarse.render(1000, &mut draws), coarse.render(1000, &mut draws));
+        let seen = compare(&ours, &reference).global.worst_detectable_bias.unwrap() * 10.0_f64.sqrt();
+        let scene = Scene { deviation: coarse.deviation * config.target_bias / seen, ..coarse };
+        let biased = Scene { gain: 1.0 + config.target_bias, ..scene };
+        let verdicts = verdicts(23, 200, (biased, 100), (scene, 100));
+        let worst: f64 = verdicts.iter().map(|v| v.global.worst_detectable_bias.unwrap()).sum::<f64>() / 200.0;
+        assert!((worst / config.target_bias - 1.0).abs() < 0.1, "{worst}");
+        let found = rejections(&verdicts);
+        println!("+0.5 %: {found} of 200, detectable {worst}");
+        assert!(binomial::at_most_p(found, 200, config.power) > 0.005, "{found} of 200");
+
+        // The noise is the same for all pairs, so the red channel is always the worst; it alone finds it too.
+        let red = |v: &&Verdict| v.global.channels[0].p <= multiple::sidak_level(v.global.level, 3);
+        let found = verdicts.iter().filter(red).count() as u64;
+        println!("+0.5 %, red alone: {found} of 200");
+        assert!(binomial::at_most_p(found, 200, config.power) > 0.005, "{found} of 200");
+    }
+
+    #[test]
+    fn a_brighter_tile_is_found_and_located() {
+        // Tile means known to 0.6 % each side: 5 % is six standard errors of the difference.
+        let scene = Scene { deviation: 0.02, ..EXPONENTIAL };
+        let bright = Scene { tile_gain: 1.05, ..scene };
+        let verdicts = verdicts(24, 100, (bright, 16), (scene, 16));
+        let peak = |v: &&Verdict| v.peak.p <= v.peak.level && v.peak.tile_and_channel.unwrap().0 == 27;
+        let found = verdicts.iter().filter(peak).count();
+        let located = verdicts.iter().filter(|v| v.localised.contains(&27)).count();
+        println!("8x8 tile x 1.05: {found} of 100 by the peak, {located} located");
+        assert!(found >= 97 && located >= 97, "{found} {located}");
+        assert!(verdicts.iter().filter(|v| v.localised.len() > 1).count() <= 10);
+    }
+
+    #[test]
+    fn errors_that_cancel_are_found_by_the_scatter() {
+        // Every tile off by ±2 standard errors: no tile stands out, the mean is right.
+        let estimate = |mean| Estimate { mean, variance_of_mean: 1e-4, dof: 31.0 };
+        let side = |means: &dyn Fn(usize) -> f64| TiledMeans {
+            columns: 8,
+            rows: 8,
+            tiles: (0..64).map(|tile| Some([estimate(means(tile)); 3])).collect(),
+            luminance: (0..64).map(|tile| Some(estimate(means(tile)))).collect(),
+            global: [Estimate { mean: 1.0, variance_of_mean: 1e-6, dof: 31.0 }; 3],
+        };
+        let offset = 2.0 * 2e-4_f64.sqrt();
+        let verdict = compare(&side(&|tile| if tile % 2 == 0 { 1.0 + offset } else { 1.0 - offset }), &side(&|_| 1.0));
+        assert_eq!(verdict.outcome, Outcome::Differs);
+        assert!(verdict.global.p > 0.9 && verdict.peak.p > verdict.peak.level);
+        assert!(verdict.scatter.chi2.p < 1e-8, "{:?}", verdict.scatter);
+        assert_eq!(verdict.scatter.chi2.dof, 64.0);
+    }
+
+    #[test]
+    fn without_power_there_is_no_agreement() {
+        let (mut draws, scene) = (Draws::new(25), Scene { deviation: 0.05, ..GAUSSIAN });
+        let (ours, reference) = (scene.render(16, &mut draws), scene.render(160, &mut draws));
+        let verdict = compare(&ours, &reference);
+        let Outcome::Undecided { needed_factor: Some(factor) } = verdict.outcome else {
+            panic!("{:?}", verdict.outcome);
+        };
+        // With that many more samples it is decided, with a tenth less it is not.
+        let with = |factor: f64| {
+            let mut better = ours.clone();
+            better.global.iter_mut().for_each(|side| side.variance_of_mean /= factor);
+            compare(&better, &reference).global.worst_detectable_bias.unwrap()
+        };
+        assert!(factor > 1.0 && with(factor) <= 0.005 && with(0.9 * factor) > 0.005, "{factor}");
+
+        // Against a reference that is as noisy as ours was, no effort of ours is enough.
+        let verdict = compare(&scene.render(160, &mut draws), &ours);
+        assert_eq!(verdict.outcome, Outcome::Undecided { needed_factor: None });
+    }
+
+    #[test]
+    fn enough_samples_agree() {
+        let scene = Scene { deviation: 0.02, ..EXPONENTIAL };
+        let verdict = &verdicts(26, 1, (scene, 32), (scene, 32))[0];
+        assert_eq!(verdict.outcome, Outcome::Agrees);
+        assert_eq!((verdict.tiles_compared, verdict.peak.tests), (64, 192));
+        assert!(verdict.p > 0.01 && verdict.localised.is_empty());
+    }
+
+    #[test]
+    fn exact_tiles_are_ignored_when_equal_and_rejected_when_not() {
+        let exact = Estimate::exact;
+        let (ours, reference) = one_tile(exact(1.0), exact(1.0));
+        let same = compare(&ours, &reference);
+        assert_eq!((same.outcome, same.peak.tests, same.scatter.chi2.dof, same.p), (Outcome::Agrees, 0, 0.0, 1.0));
+        let (ours, reference) = one_tile(exact(1.0), exact(1.000_001));
+        let other = compare(&ours, &reference);
+        assert_eq!((other.outcome, other.p, other.localised.as_slice()), (Outcome::Differs, 0.0, [0].as_slice()));
+        let (ours, reference) = one_tile(exact(f64::INFINITY), exact(1.0));
+        assert_eq!(compare(&ours, &reference).outcome, Outcome::Differs);
+    }
+
+    #[test]
+    fn a_black_channel_needs_no_power() {
+        let lit = Estimate { mean: 1.0, variance_of_mean: 1e-7, dof: 31.0 };
+        let (mut ours, mut reference) = one_tile(lit, lit);
+        for side in [&mut ours, &mut reference] {
+            side.global[2] = Estimate::exact(0.0);
+        }
+        let verdict = compare(&ours, &reference);
+        assert_eq!((verdict.outcome, verdict.global.detectable_bias[2]), (Outcome::Agrees, None));
+        // The middle channel is known ten times worse: it is the one that decides.
+        ours.global[1].variance_of_mean = 1e-5;
+        assert!(matches!(compare(&ours, &reference).outcome, Outcome::Undecided { .. }));
+    }
+
+    #[test]
+    fn what_cannot_be_compared_is_refused() {
+        let refused = |ours: &TiledMeans, reference: &TiledMeans| {
+            Verdict::compare(ours, reference, None, &VerdictConfig::default()).unwrap_err()
+        };
+        let (ours, reference) = one_tile(Estimate::exact(1.0), Estimate::exact(1.0));
+        let mut masked = ours.clone();
+        (masked.tiles[0], masked.luminance[0]) = (None, None);
+        assert_eq!(refused(&masked, &reference), VerdictError::MasksDiffer { column: 0, row: 0 });
+        assert_eq!(refused(&masked, &masked), VerdictError::NothingCompared);
+        let wider = TiledMeans { columns: 2, ..ours.clone() };
+        let error = refused(&wider, &reference).to_string();
+        assert_eq!(error, "our image has (2, 1) tiles (columns, rows), the reference has (1, 1)");
+        // Deterministic pixels alone are a comparison.
+        let check = Some(DeterministicCheck::compare(&[1.0], &[1.0]));
+        let verdict = Verdict::compare(&masked, &masked, check, &VerdictConfig::default()).unwrap();
+        assert_eq!(verdict.outcome, Outcome::Agrees);
+    }
+
+    #[test]
+    fn deterministic_pixels_join_the_verdict() {
+        let check = DeterministicCheck::compare;
+        assert!(check(&[2.0, 0.0, 1e-12], &[2.000_1, 0.0, 0.0]).passed);
+        assert!(!check(&[2.0], &[2.001]).passed);
+        assert!(!check(&[2.0, 1e-9], &[2.0, 0.0]).passed);
+        for bad in [f64::NAN, f64::INFINITY] {
+            assert!(!check(&[bad], &[1.0]).passed && !check(&[1.0], &[bad]).passed && !check(&[bad], &[bad]).passed);
+        }
+        let (ours, reference) = one_tile(Estimate::exact(1.0), Estimate::exact(1.0));
+        let failed = Some(check(&[2.0], &[2.001]));
+        let verdict = Verdict::compare(&ours, &reference, failed, &VerdictConfig::default()).unwrap();
+        assert_eq!((verdict.outcome, verdict.p), (Outcome::Differs, 1.0));
+    }
+
+    #[test]
+    fn round_trips_through_json() {
+        let verdict = &verdicts(27, 1, (EXPONENTIAL, 16), (EXPONENTIAL, 16))[0];
+        let read: Verdict = serde_json::from_str(&serde_json::to_string(verdict).unwrap()).unwrap();
+        assert_eq!((read.peak.tile_and_channel, read.tiles.len()), (verdict.peak.tile_and_channel, 64));
+        // serde_json reads a decimal to the last bit only with its feature `float_roundtrip`.
+        assert!((read.scatter.chi2.p / verdict.scatter.chi2.p - 1.0).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,153 @@
+use std::{path::Path, sync::Arc};
+
+use glam::{DAffine3, DVec2};
+use image::{DynamicImage, ImageReader, Limits};
+
+use super::Model;
+use crate::{
+    math::Rgb,
+    node::{Category, Described, Kind, Param, Params, Plugin, SceneError},
+};
+
+/// A picture on a surface. Its first row lies at `v = 0`. Pictures of 8 or 16 bits a channel are taken to be sRGB and
+/// are decoded, unless `raw` says that they hold plain numbers; an `OpenEXR` picture is linear as it is.
+#[derive(Clone, Debug)]
+pub struct Bitmap {
+    width: usize,
+    height: usize,
+    texels: Arc<Vec<[f32; 3]>>,
+    nearest: bool,
+    wrap: Wrap,
+    to_uv: DAffine3,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Wrap {
+    Repeat,
+    Mirror,
+    Clamp,
+}
+
+impl Described for Bitmap {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Texture,
+        name: "bitmap",
+        summary: "A picture from a PNG, JPEG or EXR file.",
+        params: &[
+            Param::required("filename", Kind::File, "the picture"),
+            Param::new("filter_type", Kind::Choice(&["bilinear", "nearest"]), "bilinear", "how texels are interpolated"),
+            Param::new("wrap_mode", Kind::Choice(&["repeat", "mirror", "clamp"]), "repeat", "what lies outside [0, 1]²"),
+            Param::new("raw", Kind::Boolean, "false", "whether 8 and 16 bit pictures hold linear numbers, not sRGB"),
+            Param::optional("to_uv", Kind::Transform, "the identity", "a map of the uv plane"),
+        ],
+        examples: &[],
+        evidence: &[],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        let raw = params.boolean("raw")?;
+        let picture = load(&params.file("filename")?).map_err(|what| params.error("filename", what))?;
+        let (width, height) = (picture.width() as usize, picture.height() as usize);
+        let linear = raw || matches!(picture, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
+        let decode = |x: f32| if linear { x } else { srgb_to_linear(x) };
+        let texels: Vec<_> = picture.into_rgb32f().pixels().map(|p| p.0.map(decode)).collect();
+        if texels.iter().flatten().any(|x| !x.is_finite()) {
+            return Err(params.error("filename", "the picture has a value that is infinite or not a number"));
+        }
+        let wrap = match params.string("wrap_mode")? {
+            "mirror" => Wrap::Mirror,
+            "clamp" => Wrap::Clamp,
+            _ => Wrap::Repeat,
+        };
+        let nearest = params.string("filter_type")? == "nearest";
+        Ok(Self { width, height, texels: Arc::new(texels), nearest, wrap, to_uv: params.transform("to_uv")? })
+    }
+}
+
+fn load(path: &Path) -> Result<DynamicImage, String> {
+    let fault = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
+    let mut reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(|e| fault(&e))?;
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(65_536);
+    limits.max_image_height = Some(65_536);
+    limits.max_alloc = Some(1 << 30);
+    reader.limits(limits);
+    reader.decode().map_err(|e| fault(&e))
+}
+
+/// IEC 61966-2-1.
+fn srgb_to_linear(x: f32) -> f32 {
+    if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
+}
+
+impl Bitmap {
+    fn texel(&self, x: i64, y: i64) -> Rgb {
+        let x = wrapped(x, self.width, self.wrap);
+        let y = wrapped(y, self.height, self.wrap);
+        Rgb::from(self.texels[y * self.width + x].map(f64::from))
+    }
+}
+
+fn wrapped(i: i64, size: usize, wrap: Wrap) -> usize {
+    let size = size as i64;
+    let i = match wrap {
+        Wrap::Repeat => i.rem_euclid(size),
+        Wrap::Clamp => i.clamp(0, size - 1),
+        Wrap::Mirror => {
+            let i = i.rem_euclid(2 * size);
+            if i < size { i } else { 2 * size - 1 - i }
+        }
+    };
+    i as usize
+}
+
+impl Model for Bitmap {
+    fn eval(&self, uv: DVec2) -> Rgb {
+        let p = super::to_uv(&self.to_uv, uv) * DVec2::new(self.width as f64, self.height as f64);
+        if self.nearest {
+            return self.texel(p.x.floor() as i64, p.y.floor() as i64);
+        }
+        // The value of a texel stands at its middle.
+        let p = p - 0.5;
+        let corner = p.floor();
+        let (w, x, y) = (p - corner, corner.x as i64, corner.y as i64);
+        let row = |y| self.texel(x, y).lerp(self.texel(x + 1, y), w.x);
+        row(y).lerp(row(y + 1), w.y)
+    }
+
+    fn extremes(&self) -> (f64, f64) {
+        super::extremes_of(self.texels.iter().map(|t| Rgb::from(t.map(f64::from))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn two_by_one(nearest: bool, wrap: Wrap) -> Bitmap {
+        let texels = Arc::new(vec![[0.0; 3], [1.0; 3]]);
+        Bitmap { width: 2, height: 1, texels, nearest, wrap, to_uv: DAffine3::IDENTITY }
+    }
+
+    #[test]
+    fn bilinear_meets_the_texels_at_their_middles() {
+        let picture = two_by_one(false, Wrap::Clamp);
+        for (u, expected) in [(0.25, 0.0), (0.5, 0.5), (0.75, 1.0), (0.0, 0.0), (1.0, 1.0)] {
+            assert!((picture.eval(DVec2::new(u, 0.5)).x - expected).abs() < 1e-12, "{u}");
+        }
+    }
+
+    #[test]
+    fn outside_the_unit_square() {
+        let value = |wrap, u| two_by_one(true, wrap).eval(DVec2::new(u, 0.5)).x;
+        assert_eq!((value(Wrap::Repeat, 1.25), value(Wrap::Mirror, 1.25), value(Wrap::Clamp, 1.25)), (0.0, 1.0, 1.0));
+        assert_eq!((value(Wrap::Repeat, -0.25), value(Wrap::Mirror, -0.25), value(Wrap::Clamp, -0.25)), (1.0, 0.0, 0.0));
+    }
+
+    #[test]
+    fn srgb_decodes_by_its_two_pieces() {
+        assert!((srgb_to_linear(0.5) - 0.214_041).abs() < 1e-6);
+        assert!((srgb_to_linear(0.02) - 0.02 / 12.92).abs() < 1e-9);
+        assert!((srgb_to_linear(1.0) - 1.0).abs() < 1e-6);
+    }
+}

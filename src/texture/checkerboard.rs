@@ -1,0 +1,61 @@
+use glam::{DAffine3, DVec2};
+
+use super::Model;
+use crate::{
+    math::Rgb,
+    node::{Category, Described, Kind, Param, Params, Plugin, SceneError},
+};
+
+/// Two colours in a pattern of squares, four to a unit of `uv`: `color0` where both coordinates lie in the same half
+/// of their unit, `color1` elsewhere.
+#[derive(Clone, Debug)]
+pub struct Checkerboard {
+    colours: [Rgb; 2],
+    to_uv: DAffine3,
+}
+
+impl Described for Checkerboard {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Texture,
+        name: "checkerboard",
+        summary: "Two colours in squares.",
+        params: &[
+            Param::new("color0", Kind::Rgb, "0.4", "the colour of the first square, linear RGB"),
+            Param::new("color1", Kind::Rgb, "0.2", "the other colour, linear RGB"),
+            Param::optional("to_uv", Kind::Transform, "the identity", "a map of the uv plane"),
+        ],
+        examples: &[r#"<texture type="checkerboard"><rgb name="color0" value="0.8, 0.1, 0.1"/>
+            <transform name="to_uv"><scale x="4" y="4"/></transform></texture>"#],
+        evidence: &[],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        Ok(Self { colours: [params.rgb("color0")?, params.rgb("color1")?], to_uv: params.transform("to_uv")? })
+    }
+}
+
+impl Model for Checkerboard {
+    fn eval(&self, uv: DVec2) -> Rgb {
+        let fraction = super::to_uv(&self.to_uv, uv).fract_gl();
+        let same_half = (fraction.x > 0.5) == (fraction.y > 0.5);
+        self.colours[usize::from(!same_half)]
+    }
+
+    fn extremes(&self) -> (f64, f64) {
+        super::extremes_of(self.colours)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_squares_lie_as_in_mitsuba() {
+        let board = Checkerboard { colours: [Rgb::X, Rgb::Y], to_uv: DAffine3::from_scale(glam::DVec3::new(2.0, 1.0, 1.0)) };
+        assert_eq!(board.eval(DVec2::new(0.1, 0.1)), Rgb::X);
+        assert_eq!(board.eval(DVec2::new(0.3, 0.1)), Rgb::Y);
+        assert_eq!(board.eval(DVec2::new(0.3, 0.7)), Rgb::X);
+        assert_eq!(board.eval(DVec2::new(-0.1, 0.1)), Rgb::Y);
+    }
+}

@@ -1,0 +1,44 @@
+use glam::DVec2;
+
+use super::Model;
+use crate::{
+    math::Rgb,
+    node::{Category, Described, Kind, Param, Params, Plugin, SceneError},
+};
+
+/// One colour everywhere, written as a texture.
+#[derive(Clone, Debug)]
+pub struct Constant {
+    /// The colour, linear RGB.
+    pub colour: Rgb,
+}
+
+impl Described for Constant {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Texture,
+        name: "rawconstant",
+        summary: "One colour everywhere.",
+        params: &[Param::required("value", Kind::Rgb, "the colour, linear RGB")],
+        examples: &[r#"<texture type="rawconstant"><rgb name="value" value="0.2, 0.5, 0.7"/></texture>"#],
+        evidence: &[],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        // Mitsuba gives this plugin its three channels as a vector as well.
+        let colour = match params.find("value").map(|property| &property.value) {
+            Some(crate::node::Value::Vector(v)) => *v,
+            _ => params.rgb("value")?,
+        };
+        Ok(Self { colour })
+    }
+}
+
+impl Model for Constant {
+    fn eval(&self, _uv: DVec2) -> Rgb {
+        self.colour
+    }
+
+    fn extremes(&self) -> (f64, f64) {
+        super::extremes_of([self.colour])
+    }
+}

@@ -1,0 +1,93 @@
+//! Colours that vary over a surface by its `uv` coordinates.
+//!
+//! Wherever a plugin's table says *texture*, a scene may give `<rgb>`, a `<float>` for grey, or one of these plugins.
+
+mod bitmap;
+mod checkerboard;
+mod constant;
+
+pub use bitmap::Bitmap;
+pub use checkerboard::Checkerboard;
+pub use constant::Constant;
+
+use glam::{DAffine3, DVec2};
+
+use crate::{
+    math::Rgb,
+    node::{Category, Params, SceneError, Value, catalogue},
+};
+
+/// What a texture answers.
+pub trait Model {
+    /// The colour at `uv`, linear RGB.
+    fn eval(&self, uv: DVec2) -> Rgb;
+
+    /// The least and the greatest value of any channel anywhere, to check ranges by.
+    fn extremes(&self) -> (f64, f64);
+}
+
+catalogue! { ($)
+    /// A texture.
+    pub enum Texture in Category::Texture, each_texture {
+        /// One colour everywhere.
+        Constant(Constant),
+        /// Two colours in squares.
+        Checkerboard(Checkerboard),
+        /// A picture.
+        Bitmap(Bitmap),
+    }
+}
+
+impl Texture {
+    /// The same colour everywhere.
+    #[must_use]
+    pub fn constant(colour: Rgb) -> Self {
+        Self::Constant(Constant { colour })
+    }
+
+    /// Reads a plugin's parameter that may be a colour or a texture.
+    ///
+    /// # Errors
+    /// If it is neither, if a channel is out of the parameter's range, or absent and without default.
+    pub fn of(params: &Params<'_>, name: &str) -> Result<Self, SceneError> {
+        let Some(property) = params.find(name) else {
+            return params.rgb(name).map(Self::constant);
+        };
+        let Value::Object(id) = property.value else {
+            return params.colour(property).map(Self::constant);
+        };
+        let texture = Self::read(params.document(), id)?;
+        let (least, greatest) = texture.extremes();
+        let range = params.range(name);
+        if range.contains(least) && range.contains(greatest) {
+            return Ok(texture);
+        }
+        let what = format!("the texture \"{name}\" has values from {least} to {greatest}");
+        Err(params.error(name, what).hint(format!("each must be {}", range.describe())))
+    }
+
+    /// The colour at `uv`.
+    #[must_use]
+    pub fn eval(&self, uv: DVec2) -> Rgb {
+        each_texture!(self, texture => texture.eval(uv))
+    }
+
+    /// The least and the greatest value of any channel.
+    #[must_use]
+    pub fn extremes(&self) -> (f64, f64) {
+        each_texture!(self, texture => texture.extremes())
+    }
+}
+
+/// The `to_uv` parameter, applied: Mitsuba uses the upper left 3 x 3 part of the matrix as a homogeneous map of the
+/// plane, so that of a translation by (x, y, z) in three dimensions nothing remains. What users write is
+/// `<scale x= y=/>`, which means the same in both readings, and `<translate x= y=/>`, which here does translate.
+fn to_uv(map: &DAffine3, uv: DVec2) -> DVec2 {
+    map.transform_point3(uv.extend(0.0)).truncate()
+}
+
+/// The range of the channels of some colours.
+fn extremes_of(colours: impl IntoIterator<Item = Rgb>) -> (f64, f64) {
+    let start = (f64::INFINITY, f64::NEG_INFINITY);
+    colours.into_iter().fold(start, |(least, greatest), c| (least.min(c.min_element()), greatest.max(c.max_element())))
+}

@@ -1,0 +1,79 @@
+//! The vocabulary of light transport that integrators share: weights, connections to lights, roulette.
+
+use glam::DVec3;
+
+use crate::{
+    bsdf::{Bsdf, Model as _, Query, Transport},
+    math::{PerSolidAngle, Rgb},
+    sampler::Numbers,
+    scene::{Scene, Vertex},
+};
+
+/// The power heuristic with exponent 2 for `ours` of two densities of the same direction, Veach 1997, eq. (9.14).
+#[must_use]
+pub fn power_heuristic(ours: PerSolidAngle, other: PerSolidAngle) -> f64 {
+    let (ours, other) = (ours.0 * ours.0, other.0 * other.0);
+    if ours > 0.0 { ours / (ours + other) } else { 0.0 }
+}
+
+/// A vertex of a path that comes from the camera, seen in its shading frame.
+pub struct Junction<'s> {
+    /// The vertex.
+    pub vertex: Vertex,
+    /// Its material.
+    pub bsdf: &'s Bsdf,
+    /// From which side the path comes.
+    pub query: Query,
+}
+
+impl<'s> Junction<'s> {
+    /// The junction at a vertex.
+    #[inline]
+    #[must_use]
+    pub fn new(scene: &'s Scene, vertex: Vertex) -> Self {
+        let wi = vertex.surface.shading.to_local(vertex.back);
+        let query = Query { wi, uv: vertex.surface.uv, transport: Transport::Radiance };
+        Self { bsdf: scene.bsdf(&vertex), vertex, query }
+    }
+
+    /// The position.
+    #[must_use]
+    pub fn p(&self) -> DVec3 {
+        self.vertex.surface.p
+    }
+
+    /// Next event estimation: the radiance that a randomly drawn light sends back along the path, weighted as one of
+    /// two strategies of which the other is to sample the BSDF. `shares` are the numbers of samples of both, of lights
+    /// first, in any unit.
+    #[inline]
+    pub fn connect(&self, scene: &Scene, numbers: &mut impl Numbers, shares: [f64; 2]) -> Rgb {
+        // A delta lobe cannot be found by connection: only a sampled ray reaches a light through it.
+        if !self.bsdf.is_smooth() {
+            return Rgb::ZERO;
+        }
+        let Some(incident) = scene.sample_light(self.p(), numbers.next_2d()) else {
+            return Rgb::ZERO;
+        };
+        let wo = self.vertex.surface.shading.to_local(incident.direction);
+        let scattered = self.bsdf.eval_cos(&self.query, wo) * incident.value;
+        if scattered == Rgb::ZERO || scene.occluded(&incident.shadow_ray) {
+            return Rgb::ZERO;
+        }
+        match incident.density {
+            None => scattered,
+            Some(density) => {
+                let by_bsdf = self.bsdf.density(&self.query, wo);
+                let weight =
+                    power_heuristic(PerSolidAngle(shares[0] * density.0), PerSolidAngle(shares[1] * by_bsdf.0));
+                scattered * (weight / density.0)
+            }
+        }
+    }
+}
+
+/// The chance with which Russian roulette lets a path go on: what it can still carry, at most 0.95, so that a path
+/// caught by total reflection ends. Compression of radiance in dense media does not count as loss.
+#[must_use]
+pub fn survival(throughput: Rgb, eta: f64) -> f64 {
+    (throughput.max_element() * eta * eta).min(0.95)
+}
