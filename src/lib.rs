@@ -20,3 +20,4 @@ pub mod integrator;
 pub mod render;
 pub mod catalogue;
 pub mod provenance;
+pub mod comparison;

@@ -1,5 +1,6 @@
 //! The command line.
 
+mod compare;
 mod plugins;
 mod render;
 
@@ -28,6 +29,7 @@ pub(crate) struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Render(render::Render),
+    Compare(compare::Compare),
     Plugins(plugins::Plugins),
 }
 
@@ -35,6 +37,7 @@ impl Cli {
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
         match self.command {
             Command::Render(command) => command.run(),
+            Command::Compare(command) => command.run(),
             Command::Plugins(command) => command.run(),
         }
     }

@@ -91,13 +91,14 @@ impl Render {
         let threads = usize::from(self.source.threads.unwrap_or(0));
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().context("cannot start threads")?;
         let start = Instant::now();
-        let image = pool.install(|| gather(&renderer, pass));
+        let mut image = pool.install(|| gather(&renderer, pass));
         let seconds = start.elapsed().as_secs_f64();
-        self.write(&document, &image, pass, seconds)?;
+        image.attributes = self.attributes(&document, pass, seconds)?;
+        self.write(&image)?;
         Ok(ExitCode::SUCCESS)
     }
 
-    fn write(&self, document: &Document, image: &Image, pass: Pass, seconds: f64) -> anyhow::Result<()> {
+    fn attributes(&self, document: &Document, pass: Pass, seconds: f64) -> anyhow::Result<Vec<(String, String)>> {
         let integrator = self.source.integrator.clone().unwrap_or_else(|| "as in the scene".into());
         let params: Vec<_> = self.source.param.iter().chain(&self.source.define).map(|(n, v)| format!("{n}={v}")).collect();
         let attributes = [
@@ -109,9 +110,12 @@ impl Render {
             ("etendue.spp", pass.samples.to_string()),
             ("etendue.seed", pass.seed.to_string()),
             ("etendue.seconds", format!("{seconds:.3}")),
-        ]
-        .map(|(name, value)| (name.to_owned(), value));
-        exr::write(&self.output, image, &attributes)?;
+        ];
+        Ok(attributes.map(|(name, value)| (name.to_owned(), value)).into())
+    }
+
+    fn write(&self, image: &Image) -> anyhow::Result<()> {
+        exr::write(&self.output, image)?;
         if self.png {
             let pixels = image.rgb(["R", "G", "B"]).expect("every image has R, G and B");
             let exposure = self.exposure.unwrap_or_else(|| picture::automatic_exposure(&pixels));

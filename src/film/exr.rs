@@ -56,17 +56,17 @@ fn set_permissions(file: &tempfile::NamedTempFile) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Writes an image with text attributes in its header, as 32-bit floats with lossless compression.
+/// Writes an image with its attributes in the header, as 32-bit floats with lossless compression.
 ///
 /// # Errors
 /// If the file cannot be written; then there is none.
-pub fn write(path: &Path, image: &Image, attributes: &[(String, String)]) -> Result<(), FileError> {
+pub fn write(path: &Path, image: &Image) -> Result<(), FileError> {
     let channel = |(name, values): &(String, Vec<f32>)| AnyChannel::new(name.as_str(), FlatSamples::F32(values.clone()));
     let channels = AnyChannels::sort(image.channels.iter().map(channel).collect());
     let mut header = LayerAttributes::default();
     header.layer_position = Vec2(image.crop.x as i32, image.crop.y as i32);
     header.software_name = Some(Text::from("etendue"));
-    for (name, value) in attributes {
+    for (name, value) in &image.attributes {
         header.other.insert(Text::from(name.as_str()), AttributeValue::Text(Text::from(value.as_str())));
     }
     let size = Vec2(image.crop.width as usize, image.crop.height as usize);
@@ -97,6 +97,11 @@ pub fn read(path: &Path) -> Result<Image, FileError> {
     let mut channels: Vec<_> =
         layer.channel_data.list.into_iter().map(|c| (c.name.to_string(), values(c.sample_data))).collect();
     channels.sort_by_key(|(name, _)| (["R", "G", "B"].iter().position(|known| known == name).unwrap_or(3), name.clone()));
+    let text = |(name, value): (&Text, &AttributeValue)| match value {
+        AttributeValue::Text(text) => Some((name.to_string(), text.to_string())),
+        _ => None,
+    };
+    let attributes = layer.attributes.other.iter().filter_map(text).collect();
     let position = layer.attributes.layer_position;
     let window = file.attributes.display_window;
     Ok(Image {
@@ -108,5 +113,6 @@ pub fn read(path: &Path) -> Result<Image, FileError> {
         },
         size: DVec2::new(window.size.0 as f64, window.size.1 as f64),
         channels,
+        attributes,
     })
 }

@@ -1,7 +1,7 @@
 use glam::DVec2;
 
 use super::Crop;
-use crate::{math::Rgb, stats::ExactMoments};
+use crate::stats::ExactMoments;
 
 /// A named group of channels.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -109,17 +109,17 @@ impl Film {
         }
     }
 
-    /// The mean of a pixel of the beauty.
+    /// The means of all pixels of the beauty, row by row.
     #[must_use]
-    pub fn mean(&self, x: u32, y: u32) -> Rgb {
-        let at = self.pixels.start(x, y);
-        Rgb::from_array([0, 1, 2].map(|channel| self.pixels.moments[at + channel].mean().unwrap_or(0.0)))
+    pub fn means(&self) -> Vec<[f64; 3]> {
+        let mean = |pixel: &[ExactMoments]| [0, 1, 2].map(|channel| pixel[channel].mean().unwrap_or(0.0));
+        self.pixels.moments.chunks_exact(self.pixels.stride).map(mean).collect()
     }
 
     /// The image: the mean of every layer, and the variance of the mean of the beauty.
     #[must_use]
     pub fn image(&self) -> Image {
-        let mut image = Image { crop: self.crop, size: self.size, channels: Vec::new() };
+        let mut image = Image { crop: self.crop, size: self.size, channels: Vec::new(), attributes: Vec::new() };
         let mut first = 0;
         for layer in &self.layers {
             for (i, channel) in layer.channels.iter().enumerate() {
@@ -168,9 +168,17 @@ pub struct Image {
     pub size: DVec2,
     /// Names and values, R, G and B first.
     pub channels: Vec<(String, Vec<f32>)>,
+    /// What its header says about it: names and texts.
+    pub attributes: Vec<(String, String)>,
 }
 
 impl Image {
+    /// A text of its header.
+    #[must_use]
+    pub fn attribute(&self, name: &str) -> Option<&str> {
+        self.attributes.iter().find(|(known, _)| known == name).map(|(_, text)| text.as_str())
+    }
+
     /// A channel by its name.
     #[must_use]
     pub fn channel(&self, name: &str) -> Option<&[f32]> {

@@ -365,7 +365,9 @@ mod tests {
                 shards.reverse();
             }
             let mut merged = ExactMoments::default();
-            shards.iter().for_each(|shard| merged.merge(shard));
+            for shard in &shards {
+                merged.merge(shard);
+            }
             prop_assert_eq!(merged, whole);
             prop_assert_eq!(merged.variance().map(f64::to_bits), whole.variance().map(f64::to_bits));
         }

@@ -264,7 +264,9 @@ mod tests {
     fn tile_means_use_the_marked_pixels_only() {
         let pixels: Vec<[f64; 3]> = (0..15).map(|i| [f64::from(i), 1.0, 2.0 * f64::from(i)]).collect();
         let mut mask = vec![true; 15];
-        [0, 4, 9].iter().for_each(|&pixel| mask[pixel] = false);
+        for pixel in [0, 4, 9] {
+            mask[pixel] = false;
+        }
         assert_eq!(TILING.counts(&mask).unwrap(), [3, 4, 0, 2, 2, 1]);
         let means = TILING.means(&pixels, &mask).unwrap();
         assert_eq!(means[0], [4.0, 1.0, 8.0]);

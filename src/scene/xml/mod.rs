@@ -1,11 +1,11 @@
 //! Reads Mitsuba 3's scene XML into a [`Document`]: typed objects with typed properties, references resolved.
 //! Nothing in here knows a shape from a light.
 //!
-//! The steps, one file each: `source` reads a file within limits and turns offsets into places; `guard` refuses hostile
-//! text before a tree is made of it; `params` substitutes `$name`; `element` checks attributes; `values` and `transform`
-//! read what they say; `reader` walks the tree, `property` takes its values and `include` its other files; `upgrade`
-//! renames the properties of files older than 2.0.0; `refs` resolves `<ref>` at the end, so that references to what
-//! stands later work.
+//! The steps, one file each: `source` reads a file within limits and turns offsets into places; `guard` refuses
+//! hostile text before a tree is made of it; `params` substitutes `$name`; `element` checks attributes; `values` and
+//! `transform` read what they say; `reader` walks the tree, `property` takes its values and `include` its other files;
+//! `upgrade` renames the properties of files older than 2.0.0; `refs` resolves `<ref>` at the end, so that references
+//! to what stands later work.
 //!
 //! # Where this reader differs from Mitsuba 3
 //!

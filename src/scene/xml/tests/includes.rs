@@ -238,8 +238,10 @@ fn the_limits_hold_across_files() {
         refused(&[("s.xml", &twice), ("a.xml", &scene(&" ".repeat(limit::BYTES / 2)))]),
         "a.xml: too large; a scene may take 64 MiB of XML, included files among them"
     );
-    let nested = |inside: &str| format!("{}{inside}{}", "<bsdf type=\"x\">".repeat(60), "</bsdf>".repeat(60));
-    let outer = scene(&nested("<include filename=\"a.xml\"/>"));
-    let message = refused(&[("s.xml", &outer), ("a.xml", &scene(&nested("")))]);
-    assert!(message.starts_with("a.xml:2:556: elements are nested more than 100 deep"), "{message}");
+    let nested = |inside: &str| scene(&format!("{}{inside}{}", "<bsdf type=\"x\">".repeat(40), "</bsdf>".repeat(40)));
+    let (s, a, b) = (nested("<include filename=\"a.xml\"/>"), nested("<include filename=\"b.xml\"/>"), nested(""));
+    // Around b.xml are two scenes, two includes and 80 objects: 16 elements are left, the scene among them.
+    let message = refused(&[("s.xml", &s), ("a.xml", &a), ("b.xml", &b)]);
+    let column = 1 + 15 * 15;
+    assert!(message.starts_with(&format!("b.xml:2:{column}: elements are nested more than 100 deep")), "{message}");
 }

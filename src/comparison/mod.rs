@@ -1,0 +1,248 @@
+//! Our image against another: the verdict of `stats::verdict` and the usual error metrics.
+
+mod metrics;
+pub mod pictures;
+mod reference;
+
+pub use metrics::Metrics;
+pub use reference::{Provenance, Reference, ReferenceError};
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    film::{Image, VARIANCE, exr::FileError},
+    render::{Pass, Renderer},
+    stats::{DeterministicCheck, Outcome, PixelMeans, TiledMeans, TilesError, Tiling, Verdict, VerdictConfig, VerdictError},
+};
+
+/// The edge of a tile in pixels.
+pub const TILE: usize = 8;
+
+/// All that a comparison finds out.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Comparison {
+    /// The verdict; None if an image without variances leaves nothing to test by.
+    pub verdict: Option<Verdict>,
+    /// Error metrics, which know nothing of noise.
+    pub metrics: Metrics,
+    /// Samples per pixel of ours, as far as it is known.
+    pub spp: Option<u64>,
+}
+
+impl Comparison {
+    /// The outcome in words.
+    #[must_use]
+    pub fn conclusion(&self) -> String {
+        match self.verdict.as_ref().map(|verdict| verdict.outcome) {
+            None => "undecided: an image has no variances to test by".into(),
+            Some(Outcome::Agrees) => "agrees".into(),
+            Some(Outcome::Differs) => "differs".into(),
+            Some(Outcome::Undecided { needed_factor: None }) => "undecided (the reference is too noisy)".into(),
+            Some(Outcome::Undecided { needed_factor: Some(factor) }) => match self.spp {
+                Some(spp) => format!("undecided (not enough samples: needs about {:.0} spp)", spp as f64 * factor),
+                None => format!("undecided (not enough samples: needs about {factor:.1} times as many)"),
+            },
+        }
+    }
+}
+
+/// Why two images could not be compared; one line.
+#[derive(Debug, thiserror::Error)]
+pub enum ComparisonError {
+    /// A file.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A reference folder.
+    #[error(transparent)]
+    Reference(#[from] ReferenceError),
+    /// Sizes.
+    #[error("{name}: is {}x{} pixels; the reference has {}x{}", found.0, found.1, expected.0, expected.1)]
+    Size {
+        /// The file that does not fit.
+        name: String,
+        /// Its width and height.
+        found: (usize, usize),
+        /// The reference's.
+        expected: (usize, usize),
+    },
+    /// A channel.
+    #[error("{name}: has no channels R, G and B")]
+    NoColour {
+        /// The file.
+        name: String,
+    },
+    /// A value.
+    #[error("{name}: the pixel in column {column}, row {row} is not finite")]
+    NotFinite {
+        /// The file.
+        name: String,
+        /// From 0.
+        column: usize,
+        /// From 0.
+        row: usize,
+    },
+    /// Reduction to tiles.
+    #[error(transparent)]
+    Tiles(#[from] TilesError),
+    /// The verdict itself.
+    #[error(transparent)]
+    Verdict(#[from] VerdictError),
+}
+
+/// One side of a comparison: linear pixels row by row, with what is known of their uncertainty.
+#[derive(Clone, Debug)]
+pub struct Side {
+    /// What messages call it.
+    pub name: String,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Means.
+    pub pixels: Vec<[f64; 3]>,
+    /// How uncertain they are.
+    pub uncertainty: Uncertainty,
+    /// Samples per pixel.
+    pub spp: Option<u64>,
+}
+
+/// How uncertain the pixels of an image are.
+#[derive(Clone, Debug)]
+pub enum Uncertainty {
+    /// Nobody knows.
+    Unknown,
+    /// The variance of every pixel's mean; pixels are independent.
+    Pixels(Vec<[f64; 3]>),
+    /// The images whose mean it is, independent of each other; about pixels nothing is assumed.
+    Passes(Vec<Vec<[f64; 3]>>),
+}
+
+impl Side {
+    /// The image of a file.
+    ///
+    /// # Errors
+    /// If it lacks R, G or B, or has a pixel that is not finite.
+    pub fn of_image(name: &str, image: &Image) -> Result<Self, ComparisonError> {
+        let wide = |plane: Vec<[f32; 3]>| plane.into_iter().map(|p| p.map(f64::from)).collect::<Vec<_>>();
+        let pixels = image.rgb(["R", "G", "B"]).map(wide);
+        let pixels = pixels.ok_or_else(|| ComparisonError::NoColour { name: name.to_owned() })?;
+        let (width, height) = (image.crop.width as usize, image.crop.height as usize);
+        if let Some(at) = pixels.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
+            return Err(ComparisonError::NotFinite { name: name.to_owned(), column: at % width, row: at / width });
+        }
+        let variances = image.rgb(VARIANCE).map(wide).filter(|v| v.iter().flatten().all(|x| x.is_finite()));
+        let uncertainty = variances.map_or(Uncertainty::Unknown, Uncertainty::Pixels);
+        let spp = image.attribute("etendue.spp").and_then(|text| text.parse().ok());
+        Ok(Self { name: name.to_owned(), width, height, pixels, uncertainty, spp })
+    }
+
+    /// Renders so many passes, the first of the given number.
+    #[must_use]
+    pub fn of_passes(renderer: &Renderer, first: Pass, passes: u64) -> Self {
+        let crop = renderer.scene.sensor.film.rendered();
+        let render = |k| renderer.render(Pass { number: first.number + k, ..first }, &|_| {}).means();
+        let images: Vec<Vec<[f64; 3]>> = (0..passes).map(render).collect();
+        let mean = |p: usize| [0, 1, 2].map(|c| images.iter().map(|image| image[p][c]).sum::<f64>() / passes as f64);
+        Self {
+            name: "ours".into(),
+            width: crop.width as usize,
+            height: crop.height as usize,
+            pixels: (0..images[0].len()).map(mean).collect(),
+            uncertainty: Uncertainty::Passes(images),
+            spp: Some(passes * u64::from(first.samples)),
+        }
+    }
+
+    /// How it is cut into tiles.
+    #[must_use]
+    pub fn tiling(&self) -> Tiling {
+        Tiling { width: self.width, height: self.height, size: TILE }
+    }
+
+    /// The tiles of the pixels in a mask, if the uncertainty is known.
+    ///
+    /// # Errors
+    /// If the mask is of another size, or there is only one pass.
+    pub fn tiles(&self, mask: &[bool]) -> Result<Option<TiledMeans>, TilesError> {
+        let tiling = self.tiling();
+        match &self.uncertainty {
+            Uncertainty::Unknown => Ok(None),
+            Uncertainty::Pixels(variances) => {
+                let dof = self.spp.map_or(f64::INFINITY, |spp| spp.saturating_sub(1).max(1) as f64);
+                let pixels = PixelMeans { mean: &self.pixels, variance_of_mean: variances, mask, dof };
+                TiledMeans::from_pixels(&tiling, &pixels).map(Some)
+            }
+            Uncertainty::Passes(images) => {
+                let batches = images.iter().map(|image| tiling.means(image, mask)).collect::<Result<Vec<_>, _>>()?;
+                TiledMeans::from_batches(tiling.columns(), tiling.rows(), &batches, &tiling.counts(mask)?).map(Some)
+            }
+        }
+    }
+
+    /// The same image, brighter: what a verdict must be able to see.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let scale = |pixels: &Vec<[f64; 3]>, factor: f64| pixels.iter().map(|p| p.map(|x| factor * x)).collect();
+        let uncertainty = match &self.uncertainty {
+            Uncertainty::Unknown => Uncertainty::Unknown,
+            Uncertainty::Pixels(variances) => Uncertainty::Pixels(scale(variances, factor * factor)),
+            Uncertainty::Passes(images) => Uncertainty::Passes(images.iter().map(|i| scale(i, factor)).collect()),
+        };
+        Self { pixels: scale(&self.pixels, factor), uncertainty, ..self.clone() }
+    }
+
+    fn check_size(&self, expected: (usize, usize)) -> Result<(), ComparisonError> {
+        let found = (self.width, self.height);
+        if found == expected { Ok(()) } else { Err(ComparisonError::Size { name: self.name.clone(), found, expected }) }
+    }
+}
+
+/// Compares an image with a reference folder.
+///
+/// # Errors
+/// If sizes differ.
+pub fn with_reference(test: &Side, reference: &Reference) -> Result<Comparison, ComparisonError> {
+    test.check_size((reference.width, reference.height))?;
+    let tiles = test.tiles(&reference.stochastic)?;
+    let exact = deterministic(&test.pixels, &reference.pixels, &reference.stochastic);
+    let judge = |tiles: TiledMeans| Verdict::compare(&tiles, &reference.tiles, exact, &VerdictConfig::default());
+    let verdict = tiles.map(judge).transpose()?;
+    Ok(Comparison { verdict, metrics: Metrics::new(&test.pixels, &reference.pixels), spp: test.spp })
+}
+
+/// Compares two images; what both show without noise is held to a tolerance.
+///
+/// # Errors
+/// If sizes differ.
+pub fn with_image(test: &Side, reference: &Side) -> Result<Comparison, ComparisonError> {
+    test.check_size((reference.width, reference.height))?;
+    let metrics = Metrics::new(&test.pixels, &reference.pixels);
+    let mask: Vec<bool> = (0..test.pixels.len()).map(|p| test.is_noisy(p) || reference.is_noisy(p)).collect();
+    let verdict = match (test.tiles(&mask)?, reference.tiles(&mask)?) {
+        (Some(ours), Some(theirs)) => {
+            let exact = deterministic(&test.pixels, &reference.pixels, &mask);
+            Some(Verdict::compare(&ours, &theirs, exact, &VerdictConfig::default())?)
+        }
+        _ => None,
+    };
+    Ok(Comparison { verdict, metrics, spp: test.spp })
+}
+
+impl Side {
+    fn is_noisy(&self, pixel: usize) -> bool {
+        match &self.uncertainty {
+            Uncertainty::Unknown => true,
+            Uncertainty::Pixels(variances) => variances[pixel] != [0.0; 3],
+            Uncertainty::Passes(images) => images.iter().any(|image| image[pixel] != images[0][pixel]),
+        }
+    }
+}
+
+/// The pixels outside of a mask, to a tolerance.
+fn deterministic(ours: &[[f64; 3]], reference: &[[f64; 3]], mask: &[bool]) -> Option<DeterministicCheck> {
+    let exact = |pixels: &[[f64; 3]]| -> Vec<f64> {
+        pixels.iter().zip(mask).filter(|(_, noisy)| !**noisy).flat_map(|(pixel, _)| *pixel).collect()
+    };
+    let (ours, reference) = (exact(ours), exact(reference));
+    (!ours.is_empty()).then(|| DeterministicCheck::compare(&ours, &reference))
+}

@@ -1,0 +1,156 @@
+use std::{
+    collections::BTreeMap,
+    fs::{self, File},
+    io::BufReader,
+    path::{Path, PathBuf},
+};
+
+use serde::Deserialize;
+
+use super::TILE;
+use crate::{
+    film::exr::{self, FileError},
+    provenance,
+    stats::{TiledMeans, TilesError, Tiling},
+};
+
+/// An image that another renderer made, in many independent batches. `scripts/make_references.py` writes it.
+#[derive(Debug)]
+pub struct Reference {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// The mean of all batches, row by row.
+    pub pixels: Vec<[f64; 3]>,
+    /// Which pixels have noise; the others are known exactly.
+    pub stochastic: Vec<bool>,
+    /// The means of the stochastic pixels of every tile, with their scatter between batches.
+    pub tiles: TiledMeans,
+    /// How it was made.
+    pub provenance: Provenance,
+}
+
+/// How a reference was made: its `PROVENANCE.toml`.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Provenance {
+    /// The name of the renderer.
+    pub renderer: String,
+    /// Its version.
+    pub version: String,
+    /// Which of its variants.
+    pub variant: String,
+    /// Samples per pixel of a batch.
+    pub spp_per_batch: u64,
+    /// How many batches.
+    pub batches: u64,
+    /// The command that makes it again.
+    pub command: String,
+    /// The SHA-256 of every file the scene read, by its path from the scene's folder.
+    pub files: BTreeMap<String, String>,
+}
+
+/// Why a reference cannot be used; one line.
+#[derive(Debug, thiserror::Error)]
+pub enum ReferenceError {
+    /// The image.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// One of the other files.
+    #[error("{}: {what}", file.display())]
+    Broken {
+        /// Which.
+        file: PathBuf,
+        /// Why.
+        what: String,
+    },
+    /// Made of another scene than there is now.
+    #[error("{}: is stale: {changed} has changed since it was rendered; run: {command}", folder.display())]
+    Stale {
+        /// The reference.
+        folder: PathBuf,
+        /// The scene's file that has another hash now.
+        changed: String,
+        /// What makes it anew.
+        command: String,
+    },
+    /// Reduction to tiles.
+    #[error("{}: {what}", folder.display())]
+    Tiles {
+        /// The reference.
+        folder: PathBuf,
+        /// What does not fit.
+        what: TilesError,
+    },
+}
+
+impl Reference {
+    /// Loads a reference folder.
+    ///
+    /// # Errors
+    /// If a file is missing or broken, or they do not fit together.
+    pub fn load(folder: &Path) -> Result<Self, ReferenceError> {
+        let provenance = load_provenance(folder)?;
+        let path = folder.join("reference.exr");
+        let image = exr::read(&path)?;
+        let broken = |what: &str| ReferenceError::Broken { file: path.clone(), what: what.to_owned() };
+        let pixels = image.rgb(["R", "G", "B"]).ok_or_else(|| broken("has no channels R, G and B"))?;
+        let exact = image.channel("deterministic").ok_or_else(|| broken("has no channel \"deterministic\""))?;
+        let stochastic: Vec<bool> = exact.iter().map(|&flag| flag < 0.5).collect();
+        let tiling = Tiling { width: image.crop.width as usize, height: image.crop.height as usize, size: TILE };
+        let batches = load_batches(&folder.join("tiles.npy"), &tiling)?;
+        let tiles = tiling
+            .counts(&stochastic)
+            .and_then(|counts| TiledMeans::from_batches(tiling.columns(), tiling.rows(), &batches, &counts))
+            .map_err(|what| ReferenceError::Tiles { folder: folder.to_owned(), what })?;
+        Ok(Self {
+            width: tiling.width,
+            height: tiling.height,
+            pixels: pixels.into_iter().map(|p| p.map(f64::from)).collect(),
+            stochastic,
+            tiles,
+            provenance,
+        })
+    }
+
+    /// Checks that the scene is still the one it was made of.
+    ///
+    /// # Errors
+    /// If a file of the scene is missing or has changed.
+    pub fn check_fresh(&self, folder: &Path, scene: &Path) -> Result<(), ReferenceError> {
+        let base = scene.parent().unwrap_or(Path::new(""));
+        for (name, hash) in &self.provenance.files {
+            let now = provenance::hash_of_file(&base.join(name)).ok();
+            if now.as_ref() != Some(hash) {
+                return Err(ReferenceError::Stale {
+                    folder: folder.to_owned(),
+                    changed: name.clone(),
+                    command: self.provenance.command.clone(),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn load_provenance(folder: &Path) -> Result<Provenance, ReferenceError> {
+    let file = folder.join("PROVENANCE.toml");
+    let broken = |what: String| ReferenceError::Broken { file: file.clone(), what };
+    let text = fs::read_to_string(&file).map_err(|error| broken(error.to_string()))?;
+    toml::from_str(&text).map_err(|error| broken(error.message().to_owned()))
+}
+
+/// The array of shape (batches, rows of tiles, columns of tiles, 3).
+fn load_batches(file: &Path, tiling: &Tiling) -> Result<Vec<Vec<[f64; 3]>>, ReferenceError> {
+    let broken = |what: String| ReferenceError::Broken { file: file.to_owned(), what };
+    let reader = File::open(file).map_err(|error| broken(error.to_string()))?;
+    let array = npyz::NpyFile::new(BufReader::new(reader)).map_err(|error| broken(error.to_string()))?;
+    let shape = array.shape().to_vec();
+    let (rows, columns) = (tiling.rows() as u64, tiling.columns() as u64);
+    if shape.len() != 4 || shape[1..] != [rows, columns, 3] {
+        return Err(broken(format!("has shape {shape:?}; the image needs (batches, {rows}, {columns}, 3)")));
+    }
+    let values: Vec<f32> = array.into_vec().map_err(|error| broken(error.to_string()))?;
+    let pixels: Vec<[f64; 3]> = values.chunks_exact(3).map(|p| [0, 1, 2].map(|c| f64::from(p[c]))).collect();
+    Ok(pixels.chunks_exact((rows * columns) as usize).map(<[_]>::to_vec).collect())
+}
