@@ -148,6 +148,9 @@ mod tests {
         assert_eq!((chi2.statistic, chi2.dof, chi2.pooled), (0.0, 2.0, 3));
         let small = Chi2::goodness_of_fit(&[3, 0, 0], &[1.0, 1.0, 1.0], 5.0, 0).unwrap();
         assert_eq!((small.statistic, small.dof, small.pooled), (0.0, 1.0, 3));
+        // 4 + 4 make one cell; the last 4 are too few for another and join it.
+        let last = Chi2::goodness_of_fit(&[4, 4, 40], &[4.0; 3], 5.0, 0).unwrap();
+        assert_eq!((last.statistic, last.dof, last.pooled), (36.0 * 36.0 / 12.0, 1.0, 3));
         assert_eq!(Chi2::goodness_of_fit(&[3, 0, 0], &[1.0, 1.0, 1.0], 5.0, 1), None);
     }
 

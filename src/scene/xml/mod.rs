@@ -109,3 +109,13 @@ pub fn read(path: &Path, definitions: &[(String, String)]) -> Result<Document, S
 pub fn parse(text: &str, name: &str, folder: &Path, definitions: &[(String, String)]) -> Result<Document, SceneError> {
     reader::document(text, name, folder, None, definitions)
 }
+
+/// A single element that needs no `version`, such as the examples of the manual pages.
+///
+/// # Errors
+///
+/// As [`read`].
+pub fn parse_element(element: &str) -> Result<Document, SceneError> {
+    let versioned = element.replacen(" type=", " version=\"3.0.0\" type=", 1);
+    parse(&versioned, "example", Path::new(""), &[])
+}

@@ -1,17 +1,20 @@
-//! Top-down building by the binned surface-area heuristic.
+//! Building in three steps: a binary tree by the binned surface-area heuristic, the cheapest way to gather its nodes by
+//! eight, and the nodes themselves.
 //!
 //! **Depth.** With `levels` nodes left on the path, a range of `n` primitives is split by the heuristic only if
-//! `n <= block * 8^(levels - 1)`, so that whatever the children are they fit what is left; otherwise it is split
-//! evenly by count, which leaves `n / 8` to each child. Hence `n <= block * 8^levels` holds all the way down.
+//! `n <= block * 2^(levels - 1)`, so that its parts fit whatever they are; otherwise it is halved by count. Hence
+//! `n <= block * 2^levels` holds all the way down.
 
 use glam::DVec3;
-use rayon::prelude::*;
 
 use super::{Bvh, Child, Lanes, MAX_LEVELS, Node, WIDTH};
 use crate::math::Aabb;
 
 /// Bins along each axis.
 const BINS: usize = 16;
+
+/// What it costs to test the primitives of a block, in tests of the boxes of a node.
+const COST_OF_BLOCK: f32 = 1.0;
 
 /// Ranges above this size are built by several threads.
 const PARALLEL: usize = 8192;
@@ -37,21 +40,24 @@ pub(super) fn build(bounds: impl Iterator<Item = Aabb>, block: usize) -> Bvh {
         items.push(Item { bounds: Bounds::around(&bounds), index: index as u32 });
     }
     assert!(items.len() < Child::BLOCK as usize, "at most 2^31 primitives");
-    let mut tree = Tree::default();
-    if !items.is_empty() {
-        tree.add_node(&mut items, Range { first: 0, block, levels: MAX_LEVELS });
+    if items.is_empty() {
+        return Bvh { nodes: vec![], order: vec![], starts: vec![0], bounds: whole, magnitude };
     }
-    let (order, starts) = tree.order(&items);
+    let mut binary = vec![];
+    grow(&mut binary, &mut items, Range { first: 0, block, levels: MAX_LEVELS });
+    let mut tree = Tree { costs: costs(&binary, block), binary, nodes: vec![], blocks: vec![] };
+    tree.add_node(0);
+    let (order, starts) = order(&tree.blocks, &items);
     Bvh { nodes: tree.nodes, order, starts, bounds: whole, magnitude }
 }
 
 /// The greatest `f32` at or below `x`, not subnormal.
-pub(super) fn round_down(x: f64) -> f32 {
+fn round_down(x: f64) -> f32 {
     -round_up(-x)
 }
 
 /// The least `f32` at or above `x`, not subnormal.
-pub(super) fn round_up(x: f64) -> f32 {
+fn round_up(x: f64) -> f32 {
     let near = x as f32;
     let up = if f64::from(near) < x { near.next_up() } else { near };
     match up.abs() < TINIEST {
@@ -120,152 +126,179 @@ struct Range {
     /// How many primitives make a block.
     block: usize,
     /// How many nodes a path from here may have.
-    levels: usize,
+    levels: u32,
 }
 
 impl Range {
     /// Whether the heuristic may split `count` items as it likes.
     fn is_free(&self, count: usize) -> bool {
-        let room = self.levels.saturating_sub(1) as u32;
-        (WIDTH as u128).pow(room) * self.block as u128 >= count as u128
+        (self.block as u64) << (self.levels - 1) >= count as u64
+    }
+
+    /// What the part of the range that begins at `start` is to become.
+    fn part(&self, start: usize) -> Self {
+        Self { first: self.first + start, levels: self.levels - 1, ..*self }
     }
 }
 
-/// Nodes in depth-first order, and the blocks (first item, count) in the order of the nodes that hold them.
-#[derive(Default)]
+/// A node of the binary tree. The first child comes right after it.
+#[derive(Clone, Copy)]
+struct Binary {
+    bounds: Bounds,
+    /// The range of the items below.
+    first: u32,
+    count: u32,
+    /// How far on the second child is; zero if the items make a block.
+    second: u32,
+}
+
+/// Appends the binary tree over some items, which it sorts, in depth-first order.
+fn grow(tree: &mut Vec<Binary>, items: &mut [Item], range: Range) {
+    let at = tree.len();
+    tree.push(Binary { bounds: bounds_of(items), first: range.first as u32, count: items.len() as u32, second: 0 });
+    if items.len() <= range.block {
+        return;
+    }
+    let middle = if range.is_free(items.len()) { split(items, range.block) } else { split_evenly(items) };
+    let (left, right) = items.split_at_mut(middle);
+    if left.len() + right.len() > PARALLEL {
+        let mut second = vec![];
+        rayon::join(|| grow(tree, left, range.part(0)), || grow(&mut second, right, range.part(middle)));
+        tree[at].second = (tree.len() - at) as u32;
+        tree.append(&mut second);
+    } else {
+        grow(tree, left, range.part(0));
+        tree[at].second = (tree.len() - at) as u32;
+        grow(tree, right, range.part(middle));
+    }
+}
+
+/// For each node of a binary tree the least cost of what is below it, if at most `1..=8` children of a wide node are to
+/// hold it.
+///
+/// A child costs what it takes, times the chance that a ray which enters the root enters it: the tests of a block, or
+/// of a node and of what up to eight children hold. (The dynamic programme of Ylitie, Karras & Laine 2017, "Efficient
+/// incoherent ray traversal on GPUs through compressed wide BVHs", section 3.1.)
+fn costs(tree: &[Binary], block: usize) -> Vec<[f32; WIDTH]> {
+    let whole = tree[0].bounds.half_area();
+    let mut costs = vec![[0.0; WIDTH]; tree.len()];
+    for at in (0..tree.len()).rev() {
+        let chance = tree[at].bounds.half_area() / whole;
+        // All areas may be zero or infinite.
+        let chance = if chance <= 1.0 { chance as f32 } else { 1.0 };
+        costs[at] = match tree[at].second as usize {
+            0 => [chance * (tree[at].count as usize).div_ceil(block) as f32 * COST_OF_BLOCK; WIDTH],
+            second => {
+                let (left, right) = (&costs[at + 1], &costs[at + second]);
+                let mut own = [f32::INFINITY; WIDTH];
+                for children in 2..=WIDTH {
+                    own[children - 1] = own[children - 2].min(cheapest(left, right, children).0);
+                }
+                own[0] = chance + own[WIDTH - 1];
+                for children in 2..=WIDTH {
+                    own[children - 1] = own[children - 1].min(own[children - 2]);
+                }
+                own
+            }
+        };
+    }
+    costs
+}
+
+/// The least cost of holding two subtrees in so many children, and how many of these the first gets.
+fn cheapest(left: &[f32; WIDTH], right: &[f32; WIDTH], children: usize) -> (f32, usize) {
+    let mut best = (f32::INFINITY, 1);
+    for first in 1..children {
+        let cost = left[first - 1] + right[children - first - 1];
+        if cost < best.0 {
+            best = (cost, first);
+        }
+    }
+    best
+}
+
+/// The wide tree as it is made.
 struct Tree {
+    binary: Vec<Binary>,
+    costs: Vec<[f32; WIDTH]>,
     nodes: Vec<Node>,
+    /// First item and count, in the order of the nodes that hold them.
     blocks: Vec<(u32, u32)>,
 }
 
 impl Tree {
-    /// Adds the node over `items` and all that is below it.
-    fn add_node(&mut self, items: &mut [Item], range: Range) {
+    /// Adds the wide node over a binary one and all that is below it.
+    fn add_node(&mut self, binary: usize) {
+        let mut children = Vec::with_capacity(WIDTH);
+        match self.binary[binary].second {
+            0 => children.push(binary),
+            _ => self.divide(binary, WIDTH, &mut children),
+        }
         let at = self.nodes.len();
-        let parts = divide(items, &range);
-        self.nodes.push(Node::over(&parts));
-        for (slot, part) in parts.iter().enumerate() {
-            if part.count() <= range.block {
+        self.nodes.push(Node::over(children.iter().map(|&child| &self.binary[child].bounds)));
+        for (slot, &child) in children.iter().enumerate() {
+            let Binary { first, count, second, .. } = self.binary[child];
+            if second == 0 {
                 self.nodes[at].children[slot] = Child::block(self.blocks.len());
-                self.blocks.push(((range.first + part.start) as u32, part.count() as u32));
+                self.blocks.push((first, count));
             }
         }
-        if items.len() > PARALLEL {
-            self.add_below_in_parallel(at, items, &parts, range);
-        } else {
-            for (slot, part) in parts.iter().enumerate().filter(|(_, part)| part.count() > range.block) {
+        for (slot, &child) in children.iter().enumerate() {
+            if self.binary[child].second != 0 {
                 self.nodes[at].children[slot] = Child::node(self.nodes.len());
-                self.add_node(&mut items[part.start..part.end], range.below(part));
+                self.add_node(child);
             }
         }
     }
 
-    /// Builds the subtrees apart and appends them in the order in which one thread would have made them.
-    fn add_below_in_parallel(&mut self, at: usize, items: &mut [Item], parts: &[Part], range: Range) {
-        let mut rest = items;
-        let mut taken = 0;
-        let mut jobs = Vec::with_capacity(WIDTH);
-        for (slot, part) in parts.iter().enumerate() {
-            let (own, after) = rest.split_at_mut(part.end - taken);
-            (rest, taken) = (after, part.end);
-            if part.count() > range.block {
-                jobs.push((slot, part, own));
-            }
-        }
-        let build = |(slot, part, own): (usize, &Part, &mut [Item])| {
-            let mut tree = Self::default();
-            tree.add_node(own, range.below(part));
-            (slot, tree)
-        };
-        let subtrees: Vec<(usize, Self)> = jobs.into_par_iter().map(build).collect();
-        for (slot, subtree) in subtrees {
-            self.nodes[at].children[slot] = Child::node(self.nodes.len());
-            self.append(subtree);
-        }
+    /// Finds the children that hold what is below an inner node at the least cost.
+    fn divide(&self, binary: usize, count: usize, children: &mut Vec<usize>) {
+        let (left, right) = (binary + 1, binary + self.binary[binary].second as usize);
+        let (_, first) = cheapest(&self.costs[left], &self.costs[right], count);
+        self.gather(left, first, children);
+        self.gather(right, count - first, children);
     }
 
-    fn append(&mut self, subtree: Self) {
-        let (nodes, blocks) = (self.nodes.len(), self.blocks.len());
-        self.nodes.extend(subtree.nodes.into_iter().map(|mut node| {
-            node.children = node.children.map(|child| child.shifted(nodes, blocks));
-            node
-        }));
-        self.blocks.extend(subtree.blocks);
-    }
-
-    /// The indices of the items, block after block, and where each block begins.
-    fn order(&self, items: &[Item]) -> (Vec<u32>, Vec<u32>) {
-        let mut order = Vec::with_capacity(items.len());
-        let mut starts = Vec::with_capacity(self.blocks.len() + 1);
-        for &(first, count) in &self.blocks {
-            starts.push(order.len() as u32);
-            order.extend(items[first as usize..][..count as usize].iter().map(|item| item.index));
+    /// Adds up to `count` children that hold a node at the least cost.
+    fn gather(&self, binary: usize, mut count: usize, children: &mut Vec<usize>) {
+        let costs = &self.costs[binary];
+        while count > 1 && costs[count - 1] == costs[count - 2] {
+            count -= 1;
         }
-        starts.push(order.len() as u32);
-        (order, starts)
+        match count {
+            1 => children.push(binary),
+            _ => self.divide(binary, count, children),
+        }
     }
 }
 
-impl Range {
-    fn below(&self, part: &Part) -> Self {
-        Self { first: self.first + part.start, levels: self.levels - 1, ..*self }
+/// The indices of the items, block after block, and where each block begins.
+fn order(blocks: &[(u32, u32)], items: &[Item]) -> (Vec<u32>, Vec<u32>) {
+    let mut order = Vec::with_capacity(items.len());
+    let mut starts = Vec::with_capacity(blocks.len() + 1);
+    for &(first, count) in blocks {
+        starts.push(order.len() as u32);
+        order.extend(items[first as usize..][..count as usize].iter().map(|item| item.index));
     }
+    starts.push(order.len() as u32);
+    (order, starts)
 }
 
 impl Node {
     /// A node with these boxes and children yet to be set.
-    fn over(parts: &[Part]) -> Self {
+    fn over<'a>(bounds: impl Iterator<Item = &'a Bounds>) -> Self {
         let mut node = Self {
             planes: [[Lanes([f32::INFINITY; WIDTH]), Lanes([f32::NEG_INFINITY; WIDTH])]; 3],
             children: Default::default(),
         };
-        for (slot, part) in parts.iter().enumerate() {
+        for (slot, bounds) in bounds.enumerate() {
             for (axis, planes) in node.planes.iter_mut().enumerate() {
-                planes[0].0[slot] = part.bounds.min[axis];
-                planes[1].0[slot] = part.bounds.max[axis];
+                planes[0].0[slot] = bounds.min[axis];
+                planes[1].0[slot] = bounds.max[axis];
             }
         }
         node
     }
-}
-
-/// A range of the items of a node that is to become one child.
-#[derive(Clone, Copy)]
-struct Part {
-    start: usize,
-    end: usize,
-    bounds: Bounds,
-}
-
-impl Part {
-    fn new(start: usize, end: usize, items: &[Item]) -> Self {
-        Self { start, end, bounds: bounds_of(&items[start..end]) }
-    }
-
-    fn count(&self) -> usize {
-        self.end - self.start
-    }
-}
-
-/// Divides the items of a node among up to eight children, in order.
-fn divide(items: &mut [Item], range: &Range) -> Vec<Part> {
-    let free = range.is_free(items.len());
-    let mut parts = Vec::with_capacity(WIDTH);
-    parts.push(Part::new(0, items.len(), items));
-    while parts.len() < WIDTH {
-        // The widest child is the likeliest to be entered in vain, the fullest the one to keep the depth bounded.
-        let weight = |part: &Part| if free { part.bounds.half_area() } else { part.count() as f64 };
-        let open = parts.iter().enumerate().filter(|(_, part)| part.count() > range.block);
-        let Some((slot, _)) = open.max_by(|(_, a), (_, b)| weight(a).total_cmp(&weight(b))) else {
-            break;
-        };
-        let Part { start, end, .. } = parts[slot];
-        let own = &mut items[start..end];
-        let middle = start + if free { split(own, range.block) } else { split_evenly(own) };
-        parts[slot] = Part::new(start, middle, items);
-        parts.insert(slot + 1, Part::new(middle, end, items));
-    }
-    parts
 }
 
 /// Sorts at least two items into two ranges at the least cost by the heuristic, and returns where the second begins.

@@ -27,7 +27,7 @@ pub const SLACK: f64 = 1.0 / (1_u64 << 40) as f64;
 const WIDTH: usize = 8;
 
 /// The most nodes on a path from the root. See `build` for how the builder keeps to it.
-const MAX_LEVELS: usize = 20;
+const MAX_LEVELS: u32 = 32;
 
 /// One number for each child of a node, aligned for a vector register.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,12 +62,6 @@ impl Child {
     /// The block, or `None` for a node.
     fn as_block(self) -> Option<u32> {
         (self.0 & Self::BLOCK != 0).then_some(self.0 & !Self::BLOCK)
-    }
-
-    /// The same child once the nodes and blocks before it have moved up by so many.
-    fn shifted(self, nodes: usize, blocks: usize) -> Self {
-        let by = if self.as_block().is_some() { blocks } else { nodes };
-        Self(self.0 + by as u32)
     }
 }
 

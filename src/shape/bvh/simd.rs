@@ -32,11 +32,12 @@ pub(super) fn any(bvh: &Bvh, ray: &Ray, test: impl FnMut(u32, &Ray) -> bool) -> 
 pub(super) mod avx2 {
     use std::arch::x86_64::*;
 
-    use super::super::traverse::{self, Kernel, Slabs, WIDENING};
+    use super::super::traverse::{self, Kernel, Slabs};
     use super::super::{Bvh, Lanes, Node, WIDTH};
     use crate::math::Ray;
 
-    /// Eight boxes in one register. Who holds a value of this type runs on a processor with AVX2.
+    /// Eight boxes in one register. Who holds a value of this type runs on a processor with AVX2, and with the BMI1 and POPCNT
+    /// that came before it.
     #[derive(Clone, Copy)]
     pub(in super::super) struct Avx2(());
 
@@ -44,7 +45,8 @@ pub(super) mod avx2 {
         /// The kernel, if this processor has what it takes.
         #[inline]
         pub(in super::super) fn detected() -> Option<Self> {
-            is_x86_feature_detected!("avx2").then_some(Self(()))
+            (is_x86_feature_detected!("avx2") && is_x86_feature_detected!("bmi1") && is_x86_feature_detected!("popcnt"))
+                .then_some(Self(()))
         }
 
         #[inline]
@@ -54,13 +56,13 @@ pub(super) mod avx2 {
             ray: &Ray,
             test: impl FnMut(u32, &Ray) -> Option<f64>,
         ) -> Option<f64> {
-            // SAFETY: there is an `Avx2` only where AVX2 was detected.
+            // SAFETY: there is an `Avx2` only where its features were detected.
             unsafe { closest(self, bvh, ray, test) }
         }
 
         #[inline]
         pub(in super::super) fn any(self, bvh: &Bvh, ray: &Ray, test: impl FnMut(u32, &Ray) -> bool) -> bool {
-            // SAFETY: there is an `Avx2` only where AVX2 was detected.
+            // SAFETY: there is an `Avx2` only where its features were detected.
             unsafe { any(self, bvh, ray, test) }
         }
     }
@@ -68,47 +70,42 @@ pub(super) mod avx2 {
     impl Kernel for Avx2 {
         #[inline(always)]
         fn meet(self, node: &Node, slabs: &Slabs, limit: f32) -> (Lanes, u32) {
-            // SAFETY: there is an `Avx2` only where AVX2 was detected.
+            // SAFETY: there is an `Avx2` only where its features were detected.
             unsafe { meet(node, slabs, limit) }
         }
     }
 
-    #[target_feature(enable = "avx2")]
+    #[target_feature(enable = "avx2,bmi1,popcnt")]
     fn closest(kernel: Avx2, bvh: &Bvh, ray: &Ray, test: impl FnMut(u32, &Ray) -> Option<f64>) -> Option<f64> {
         traverse::closest(kernel, bvh, ray, test)
     }
 
-    #[target_feature(enable = "avx2")]
+    #[target_feature(enable = "avx2,bmi1,popcnt")]
     fn any(kernel: Avx2, bvh: &Bvh, ray: &Ray, test: impl FnMut(u32, &Ray) -> bool) -> bool {
         traverse::any(kernel, bvh, ray, test)
     }
 
     #[inline]
-    #[target_feature(enable = "avx2")]
+    #[target_feature(enable = "avx2,bmi1,popcnt")]
     fn load(lanes: &Lanes) -> __m256 {
         // SAFETY: `Lanes` are eight `f32`, aligned to 32 bytes.
         unsafe { _mm256_load_ps(lanes.0.as_ptr()) }
     }
 
     #[inline]
-    #[target_feature(enable = "avx2")]
+    #[target_feature(enable = "avx2,bmi1,popcnt")]
     fn meet(node: &Node, slabs: &Slabs, limit: f32) -> (Lanes, u32) {
         let mut entry = _mm256_set1_ps(slabs.start);
-        let mut exit = _mm256_set1_ps(f32::INFINITY);
+        let mut exit = _mm256_set1_ps(limit);
         for axis in 0..3 {
             let down = slabs.is_down[axis] as usize;
-            let inverse = _mm256_set1_ps(slabs.inverse[axis]);
             let enters = _mm256_sub_ps(load(&node.planes[axis][down]), _mm256_set1_ps(slabs.near_origin[axis]));
             let leaves = _mm256_sub_ps(load(&node.planes[axis][1 - down]), _mm256_set1_ps(slabs.far_origin[axis]));
             // If the first operand is NaN the second one is the result.
-            entry = _mm256_max_ps(_mm256_mul_ps(enters, inverse), entry);
-            exit = _mm256_min_ps(_mm256_mul_ps(leaves, inverse), exit);
+            entry = _mm256_max_ps(_mm256_mul_ps(enters, _mm256_set1_ps(slabs.near_inverse[axis])), entry);
+            exit = _mm256_min_ps(_mm256_mul_ps(leaves, _mm256_set1_ps(slabs.far_inverse[axis])), exit);
         }
-        let size = _mm256_andnot_ps(_mm256_set1_ps(-0.0), exit);
-        let exit = _mm256_add_ps(exit, _mm256_mul_ps(size, _mm256_set1_ps(WIDENING)));
-        let overlaps = _mm256_cmp_ps::<_CMP_LE_OQ>(entry, exit);
-        let in_time = _mm256_cmp_ps::<_CMP_LE_OQ>(entry, _mm256_set1_ps(limit));
-        let met = _mm256_movemask_ps(_mm256_and_ps(overlaps, in_time)) as u32;
+        let met = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(entry, exit)) as u32;
         let mut lanes = Lanes([0.0; WIDTH]);
         // SAFETY: `Lanes` are eight `f32`, aligned to 32 bytes.
         unsafe { _mm256_store_ps(lanes.0.as_mut_ptr(), entry) };

@@ -1,31 +1,32 @@
 //! Front-to-back traversal with a conservative slab test in `f32`.
 
-use super::build::{round_down, round_up};
+use glam::DVec3;
+
 use super::{Bvh, Child, Lanes, MAX_LEVELS, Node, SLACK, WIDTH};
 use crate::math::Ray;
 
 /// Every node on the path to the current one leaves at most seven others behind.
-const STACK: usize = MAX_LEVELS * (WIDTH - 1) + 1;
+const STACK: usize = MAX_LEVELS as usize * (WIDTH - 1) + 1;
 
-/// `8 * 2^-24`: see [`Slabs`].
-pub(super) const WIDENING: f32 = 8.0 / (1 << 24) as f32;
+/// The unit roundoff of `f32`.
+const ROUNDOFF: f64 = 1.0 / (1 << 24) as f64;
 
 /// A ray made ready for the slab test in `f32`, such that no box is missed that the `f64` ray, or a point within the
 /// slack of it, meets.
 ///
-/// 1. *Scale.* Parameters are multiplied by the power of two that brings the greatest component of the direction into
-///    `[1, 2)`: exact, and the scaled parameter `s` then is a distance in the scene, whatever the length of the
-///    direction.
+/// 1. *Scale.* The direction is divided by the power of two that brings its greatest component into `[1, 2)`, and
+///    parameters are multiplied by it: exact, and the scaled parameter is a distance in the scene, whatever the length
+///    of the direction.
 /// 2. *Origin.* With direction `d > 0` on an axis, the box is entered at `(min - o) / d` and left at `(max - o) / d`. The
-///    first is taken with `o` rounded up, the second with `o` rounded down, after moving `o` by the slack either way: the
-///    interval can only grow. For `d < 0` likewise with the planes exchanged.
+///    first is taken with `o` moved up, the second with `o` moved down, by the slack and what the rounding to `f32` may
+///    take from it: the interval can only grow. For `d < 0` likewise with the planes exchanged.
 /// 3. *Arithmetic.* `(b - o) * (1/d)` has three roundings of at most `u = 2^-24` each: that of the difference, the
 ///    product and of `1/d`. So entry and exit carry relative errors below `3.01 u`, and an interval that is not empty
-///    fulfils `entry <= exit + 6.1 u |exit|`; the two roundings in evaluating the right side add `2 u`. [`WIDENING`] is
-///    `8 u` of the rounded `|exit|`, and the limit from the closest hit, rounded up, is widened alike. Nothing
-///    underflows, since [`round_up`] gives no magnitude below `1e-30` but zero, and so no difference below `2^-123`.
-///    (Ize 2013, "Robust BVH ray traversal", bounds the same for a uniform factor.)
-/// 4. *Zero components.* If `d = 0`, `1/d` is infinite: outside the slab the interval becomes empty. On its very face
+///    fulfils `entry <= exit + 6.1 u |exit|`. As far as `exit >= 0` it is enough to take `1/d` greater by `8 u` for the
+///    exit. Where exits below zero count (`t_min < 0`) the slack grows by `16 u (M + |o|)` instead, which no error
+///    exceeds, since `|b - o| <= M + |o|`. (Ize 2013, "Robust BVH ray traversal", bounds the same by a factor.)
+/// 4. *Underflow.* An error of a product below the normal numbers is less than the `1e-30` that the slack has on top.
+/// 5. *Zero components.* If `d = 0`, `1/d` is infinite: outside the slab the interval becomes empty. On its very face
 ///    `0 * inf` is NaN, and minimum and maximum are written so that NaN loses: a face belongs to its box. If `1/d` is
 ///    infinite only in `f32` it is replaced by NaN, which drops the axis.
 pub(super) struct Slabs {
@@ -33,8 +34,10 @@ pub(super) struct Slabs {
     pub(super) near_origin: [f32; 3],
     /// The origin for the exit planes.
     pub(super) far_origin: [f32; 3],
-    /// `1/d` after scaling.
-    pub(super) inverse: [f32; 3],
+    /// `1/d` after scaling, for the entry.
+    pub(super) near_inverse: [f32; 3],
+    /// The same for the exit, a little greater.
+    pub(super) far_inverse: [f32; 3],
     /// Whether the ray runs down the axis: then it enters through the upper planes.
     pub(super) is_down: [bool; 3],
     /// The scaled `t_min`.
@@ -46,46 +49,55 @@ pub(super) struct Slabs {
 impl Slabs {
     #[inline(always)]
     fn new(ray: &Ray, magnitude: f64) -> Self {
-        let scale = 1.0 / power_of_two_below(ray.direction.abs().max_element());
-        let slack = SLACK * (magnitude + ray.origin.abs().max_element());
-        let mut slabs = Self { start: round_down(ray.t_min * scale), scale, near_origin: [0.0; 3], far_origin: [0.0; 3], inverse: [0.0; 3], is_down: [false; 3] };
+        let (scale, inverse_scale) = power_of_two_below(ray.direction.abs().max_element());
+        let reach = magnitude + ray.origin.abs().max_element();
+        let slack = 1e-30 + reach * if ray.t_min < 0.0 { SLACK + 16.0 * ROUNDOFF } else { SLACK };
+        // Twice the rounding of what comes out.
+        let slack = DVec3::splat(slack) + 2.0 * ROUNDOFF * (ray.origin.abs() + slack);
+        let (up, down) = ((ray.origin + slack).as_vec3(), (ray.origin - slack).as_vec3());
+        let inverse = (ray.direction * inverse_scale).recip();
+        let mut slabs = Self {
+            near_origin: up.to_array(),
+            far_origin: down.to_array(),
+            near_inverse: [0.0; 3],
+            far_inverse: [0.0; 3],
+            is_down: [false; 3],
+            start: with_room((ray.t_min * scale) as f32, -1.0),
+            scale,
+        };
         for axis in 0..3 {
-            let up = round_up(ray.origin[axis] + slack);
-            let down = round_down(ray.origin[axis] - slack);
-            let is_down = ray.direction[axis] < 0.0;
-            (slabs.near_origin[axis], slabs.far_origin[axis]) = if is_down { (down, up) } else { (up, down) };
-            slabs.inverse[axis] = inverse(ray.direction[axis] * scale);
-            slabs.is_down[axis] = is_down;
+            let is_finite = inverse[axis].abs() < f64::from(f32::MAX) || ray.direction[axis] == 0.0;
+            slabs.near_inverse[axis] = if is_finite { inverse[axis] as f32 } else { f32::NAN };
+            slabs.far_inverse[axis] = slabs.near_inverse[axis] * (1.0 + 8.0 * ROUNDOFF) as f32;
+            // A zero has an infinite inverse of the same sign.
+            slabs.is_down[axis] = inverse[axis] < 0.0;
+            if slabs.is_down[axis] {
+                (slabs.near_origin[axis], slabs.far_origin[axis]) = (down[axis], up[axis]);
+            }
         }
         slabs
     }
 
     /// The scaled parameter beyond which no box matters if hits at `t_max` and beyond do not.
+    #[inline(always)]
     fn limit(&self, t_max: f64) -> f32 {
-        widened(round_up(t_max * self.scale))
+        with_room((t_max * self.scale) as f32, 1.0)
     }
 }
 
-/// The power of two with the exponent of a positive number, kept within what has an inverse.
-fn power_of_two_below(x: f64) -> f64 {
-    const EXPONENT: u64 = 0x7ff << 52;
-    f64::from_bits(x.to_bits() & EXPONENT).clamp(f64::MIN_POSITIVE, 1.0 / f64::MIN_POSITIVE)
-}
-
-/// `1/d` in `f32`: `+inf` for zero of either sign, NaN where only `f32` makes it infinite.
-fn inverse(d: f64) -> f32 {
-    let inverse = (1.0 / d) as f32;
-    match inverse.is_infinite() {
-        true if d == 0.0 => f32::INFINITY,
-        true => f32::NAN,
-        false => inverse,
-    }
-}
-
-/// The exit parameter with room for the errors of the slab test.
+/// The power of two with the exponent of a positive number, and its inverse.
 #[inline(always)]
-pub(super) fn widened(exit: f32) -> f32 {
-    exit + exit.abs() * WIDENING
+fn power_of_two_below(x: f64) -> (f64, f64) {
+    const EXPONENT: u64 = 0x7ff << 52;
+    // The exponents of a number and its inverse add up to 2046; 0 and 2047 are not those of powers of two.
+    let exponent = (x.to_bits() & EXPONENT).clamp(1 << 52, 2045 << 52);
+    (f64::from_bits(exponent), f64::from_bits((2046 << 52) - exponent))
+}
+
+/// A parameter moved up or down by more than the errors of the slab test.
+#[inline(always)]
+fn with_room(parameter: f32, sign: f32) -> f32 {
+    parameter + sign * (parameter.abs() * (8.0 * ROUNDOFF) as f32 + f32::MIN_POSITIVE)
 }
 
 /// How the eight boxes of a node are tested. All kernels give the same bits.
@@ -102,14 +114,14 @@ impl Kernel for Portable {
     #[inline(always)]
     fn meet(self, node: &Node, slabs: &Slabs, limit: f32) -> (Lanes, u32) {
         let mut entry = [slabs.start; WIDTH];
-        let mut exit = [f32::INFINITY; WIDTH];
+        let mut exit = [limit; WIDTH];
         for axis in 0..3 {
             let down = slabs.is_down[axis] as usize;
             let near = &node.planes[axis][down].0;
             let far = &node.planes[axis][1 - down].0;
             for i in 0..WIDTH {
-                let enters = (near[i] - slabs.near_origin[axis]) * slabs.inverse[axis];
-                let leaves = (far[i] - slabs.far_origin[axis]) * slabs.inverse[axis];
+                let enters = (near[i] - slabs.near_origin[axis]) * slabs.near_inverse[axis];
+                let leaves = (far[i] - slabs.far_origin[axis]) * slabs.far_inverse[axis];
                 // NaN compares false and so changes nothing.
                 entry[i] = if enters > entry[i] { enters } else { entry[i] };
                 exit[i] = if leaves < exit[i] { leaves } else { exit[i] };
@@ -117,7 +129,7 @@ impl Kernel for Portable {
         }
         let mut met = 0;
         for i in 0..WIDTH {
-            met |= u32::from((entry[i] <= widened(exit[i])) & (entry[i] <= limit)) << i;
+            met |= u32::from(entry[i] <= exit[i]) << i;
         }
         (Lanes(entry), met)
     }
@@ -130,57 +142,88 @@ struct Visit {
     child: Child,
 }
 
-/// The children still to be visited.
-struct Stack {
-    visits: [Visit; STACK],
+/// What is still to be visited, the next one last.
+struct Stack<T> {
+    items: [T; STACK],
     len: usize,
 }
 
-impl Stack {
+impl<T: Copy + Default> Stack<T> {
+    #[inline(always)]
     fn new() -> Self {
-        Self { visits: [Visit::default(); STACK], len: 0 }
+        Self { items: [T::default(); STACK], len: 0 }
     }
 
     #[inline(always)]
-    fn push(&mut self, visit: Visit) {
-        self.visits[self.len] = visit;
+    fn push(&mut self, item: T) {
+        self.items[self.len] = item;
         self.len += 1;
     }
 
-    /// Pushes so that what lies above `floor` stays sorted, the nearest on top.
     #[inline(always)]
-    fn push_sorted(&mut self, visit: Visit, floor: usize) {
-        let mut at = self.len;
-        while at > floor && self.visits[at - 1].entry < visit.entry {
-            self.visits[at] = self.visits[at - 1];
-            at -= 1;
-        }
-        self.visits[at] = visit;
-        self.len += 1;
-    }
-
-    /// The next child that is entered no later than at `limit`.
-    #[inline(always)]
-    fn pop(&mut self, limit: f32) -> Option<Child> {
-        while self.len > 0 {
-            self.len -= 1;
-            let visit = self.visits[self.len];
-            if visit.entry <= limit {
-                return Some(visit.child);
-            }
-        }
-        None
+    fn pop(&mut self) -> Option<T> {
+        self.len = self.len.checked_sub(1)?;
+        Some(self.items[self.len])
     }
 }
 
-/// The lanes of a set of bits.
+/// Pushes the children in `met` but for the one that is entered first, which is returned, the nearest last.
 #[inline(always)]
-fn lanes(mut set: u32) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let lane = (set != 0).then(|| set.trailing_zeros() as usize % WIDTH);
-        set &= set.wrapping_sub(1);
-        lane
-    })
+fn push_sorted(stack: &mut Stack<Visit>, node: &Node, entry: &Lanes, met: u32) -> Option<Child> {
+    let mut rest = met;
+    // Keys that sort like the parameters of entry, as far as these are not negative, and tell the lane.
+    let mut key = || {
+        let lane = rest.trailing_zeros();
+        rest &= rest.wrapping_sub(1);
+        entry.0[lane as usize % WIDTH].to_bits() & !7 | lane
+    };
+    let order = |a: u32, b: u32| (a.min(b), a.max(b));
+    let child = |key: u32| node.children[key as usize % WIDTH];
+    let visit = |key: u32| Visit { entry: entry.0[key as usize % WIDTH], child: child(key) };
+    match met.count_ones() {
+        0 => None,
+        1 => Some(child(met.trailing_zeros())),
+        2 => {
+            let (a, b) = order(key(), key());
+            stack.push(visit(b));
+            Some(child(a))
+        }
+        3 => {
+            let (a, b) = order(key(), key());
+            let (b, c) = order(b, key());
+            let (a, b) = order(a, b);
+            stack.push(visit(c));
+            stack.push(visit(b));
+            Some(child(a))
+        }
+        count => {
+            let mut keys = [0; WIDTH];
+            for i in 0..count as usize {
+                let key = key();
+                let mut at = i;
+                while at > 0 && keys[at - 1] < key {
+                    keys[at] = keys[at - 1];
+                    at -= 1;
+                }
+                keys[at] = key;
+            }
+            for &key in &keys[..count as usize - 1] {
+                stack.push(visit(key));
+            }
+            Some(child(keys[count as usize - 1]))
+        }
+    }
+}
+
+/// The next child that is entered no later than at `limit`.
+#[inline(always)]
+fn pop(stack: &mut Stack<Visit>, limit: f32) -> Option<Child> {
+    while let Some(visit) = stack.pop() {
+        if visit.entry <= limit {
+            return Some(visit.child);
+        }
+    }
+    None
 }
 
 /// [`Bvh::closest_block`] with a kernel.
@@ -204,15 +247,12 @@ pub(super) fn closest<K: Kernel>(
                 found = Some(t);
                 limit = slabs.limit(t);
             }
+            next = pop(&mut stack, limit);
         } else {
             let node = &bvh.nodes[child.0 as usize];
             let (entry, met) = kernel.meet(node, &slabs, limit);
-            let floor = stack.len;
-            for lane in lanes(met) {
-                stack.push_sorted(Visit { entry: entry.0[lane], child: node.children[lane] }, floor);
-            }
+            next = push_sorted(&mut stack, node, &entry, met).or_else(|| pop(&mut stack, limit));
         }
-        next = stack.pop(limit);
     }
     found
 }
@@ -222,7 +262,7 @@ pub(super) fn closest<K: Kernel>(
 pub(super) fn any<K: Kernel>(kernel: K, bvh: &Bvh, ray: &Ray, mut test: impl FnMut(u32, &Ray) -> bool) -> bool {
     let slabs = Slabs::new(ray, bvh.magnitude);
     let limit = slabs.limit(ray.t_max);
-    let mut stack = Stack::new();
+    let mut stack = Stack::<Child>::new();
     let mut next = (!bvh.nodes.is_empty()).then(|| Child::node(0));
     while let Some(child) = next {
         if let Some(block) = child.as_block() {
@@ -231,12 +271,13 @@ pub(super) fn any<K: Kernel>(kernel: K, bvh: &Bvh, ray: &Ray, mut test: impl FnM
             }
         } else {
             let node = &bvh.nodes[child.0 as usize];
-            let (entry, met) = kernel.meet(node, &slabs, limit);
-            for lane in lanes(met) {
-                stack.push(Visit { entry: entry.0[lane], child: node.children[lane] });
+            let (_, mut met) = kernel.meet(node, &slabs, limit);
+            while met != 0 {
+                stack.push(node.children[met.trailing_zeros() as usize % WIDTH]);
+                met &= met - 1;
             }
         }
-        next = stack.pop(limit);
+        next = stack.pop();
     }
     false
 }

@@ -142,7 +142,8 @@ impl Shear {
         };
         let [i, j, k] = axes;
         let (d, o) = (ray.direction, ray.origin);
-        Self { axes, origin: [o[i], o[j], o[k]], factor: [d[i] / d[k], d[j] / d[k], 1.0 / d[k]] }
+        let inverse = 1.0 / d[k];
+        Self { axes, origin: [o[i], o[j], o[k]], factor: [d[i] * inverse, d[j] * inverse, inverse] }
     }
 }
 
@@ -203,8 +204,7 @@ impl Block {
         let mut corners = [[[0.0; LANES]; 3]; 3];
         for (to, from) in corners.iter_mut().zip(&self.corners) {
             for i in 0..LANES {
-                let [x, y, z] =
-                    std::array::from_fn(|axis| f64::from(from[shear.axes[axis]][i]) - shear.origin[axis]);
+                let [x, y, z] = std::array::from_fn(|axis| f64::from(from[shear.axes[axis]][i]) - shear.origin[axis]);
                 to[0][i] = x - shear.factor[0] * z;
                 to[1][i] = y - shear.factor[1] * z;
                 to[2][i] = z;
@@ -242,11 +242,7 @@ impl Sheared {
             let greatest = more(more(u[i], v[i]), w[i]);
             more(least, -greatest)
         });
-        let mut set = 0;
-        for i in 0..LANES {
-            set |= u32::from(inside[i] >= 0.0) << i;
-        }
-        set
+        inside.iter().enumerate().fold(0, |set, (lane, &inside)| set | u32::from(inside >= 0.0) << lane)
     }
 
     /// The hit of a candidate, unless it is seen edge-on.

@@ -2,8 +2,7 @@ use std::{fmt::Write, time::Instant};
 
 use proptest::prelude::*;
 
-use super::{parse_with, read, refused, scene};
-use crate::scene::xml::limit;
+use super::{super::limit, parse_with, read, refused, scene};
 
 /// What no tree is made of. Each is refused on a thread with little stack, as one that recursed would overflow.
 #[track_caller]

@@ -2,11 +2,11 @@ use std::{fs, path::Path};
 
 use tempfile::TempDir;
 
-use super::{names, scene};
-use crate::{
-    node::{Document, SceneError, Value},
-    scene::xml::{self, limit},
+use super::{
+    super::{self as xml, limit},
+    names, scene,
 };
+use crate::node::{Document, SceneError, Spectrum, Value};
 
 /// A folder with these files.
 fn folder(files: &[(&str, &str)]) -> TempDir {
@@ -154,7 +154,7 @@ fn paths() {
         .iter()
         .flat_map(|object| &object.properties)
         .map(|property| match &property.value {
-            Value::String(name) | Value::Spectrum(crate::node::Spectrum::File(name)) => &**name,
+            Value::String(name) | Value::Spectrum(Spectrum::File(name)) => &**name,
             other => panic!("{other:?}"),
         })
         .collect();
