@@ -21,3 +21,5 @@ pub mod render;
 pub mod catalogue;
 pub mod provenance;
 pub mod comparison;
+pub mod evidence;
+pub mod report;

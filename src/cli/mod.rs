@@ -3,6 +3,7 @@
 mod compare;
 mod plugins;
 mod render;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -30,6 +31,7 @@ pub(crate) struct Cli {
 enum Command {
     Render(render::Render),
     Compare(compare::Compare),
+    Verify(verify::Verify),
     Plugins(plugins::Plugins),
 }
 
@@ -38,6 +40,7 @@ impl Cli {
         match self.command {
             Command::Render(command) => command.run(),
             Command::Compare(command) => command.run(),
+            Command::Verify(command) => command.run(),
             Command::Plugins(command) => command.run(),
         }
     }

@@ -1,7 +1,7 @@
 //! What a scene file says, before anyone asks what it means: typed objects with typed properties, each of which
 //! knows its file, line and column; and [`Params`], through which a plugin reads its own.
 //!
-//! `scene::xml` makes a [`Document`] from text. Nothing in here knows a shape from a light.
+//! [`xml`] makes a [`Document`] from text. Nothing in here knows a shape from a light.
 
 mod catalogue;
 mod error;

@@ -27,8 +27,22 @@ impl Fault {
     }
 
     pub(super) fn at(self, place: Option<Place>) -> Diagnostic {
-        Diagnostic { place, what: self.what, hint: self.hint }
+        Diagnostic { place, what: one_line(self.what), hint: self.hint.map(one_line) }
     }
+}
+
+/// A message quotes the file, whose texts may be of any length and have line breaks in them.
+fn one_line(text: String) -> String {
+    let mut line = text;
+    if line.len() > limit::MESSAGE {
+        let head: String = line.chars().take(limit::MESSAGE / 2).collect();
+        let tail: Vec<_> = line.chars().rev().take(limit::MESSAGE / 4).collect();
+        line = format!("{head} ... {}", tail.iter().rev().collect::<String>());
+    }
+    if line.contains(char::is_control) {
+        line = line.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    }
+    line
 }
 
 /// The faults found so far. Reading goes on after most of them, to report several at once.
@@ -75,18 +89,21 @@ impl Faults {
 
 /// The candidate that was probably meant: equal but for case and underscores, or else the nearest spelling.
 pub(super) fn closest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // Nobody mistypes a long text; its edit distance to many names would take long.
-    if word.len() > limit::PARAMETER_NAME {
+    let candidates: Vec<_> = candidates.into_iter().take(limit::CANDIDATES + 1).collect();
+    // Edit distances of long texts, or to many names, take long; and among so many, something is always near.
+    if word.len() > limit::PARAMETER_NAME || candidates.len() > limit::CANDIDATES {
         return None;
     }
     let plain = |text: &str| text.replace('_', "").to_lowercase();
     candidates
         .into_iter()
+        .filter(|candidate| candidate.len() <= limit::PARAMETER_NAME)
         .map(|candidate| {
             let alike = plain(candidate) == plain(word);
             (if alike { 1.0 } else { strsim::normalized_damerau_levenshtein(word, candidate) }, candidate)
         })
         .filter(|(likeness, _)| *likeness >= 0.6)
-        .max_by(|a, b| a.0.total_cmp(&b.0))
+        // Candidates may come in any order, but the same scene gets the same message.
+        .max_by(|a, b| a.0.total_cmp(&b.0).then_with(|| b.1.cmp(a.1)))
         .map(|(_, candidate)| candidate)
 }

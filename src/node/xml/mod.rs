@@ -1,11 +1,11 @@
 //! Reads Mitsuba 3's scene XML into a [`Document`]: typed objects with typed properties, references resolved.
 //! Nothing in here knows a shape from a light.
 //!
-//! The steps, one file each: `source` reads a file within limits and turns offsets into places; `guard` refuses hostile
-//! text before a tree is made of it; `params` substitutes `$name`; `element` checks attributes; `values` and `transform`
-//! read what they say; `reader` walks the tree, `property` takes its values and `include` its other files; `upgrade`
-//! renames the properties of files older than 2.0.0; `refs` resolves `<ref>` at the end, so that references to what
-//! stands later work.
+//! The steps, one file each: `source` reads a file within limits and turns offsets into places; `guard` refuses
+//! hostile text before a tree is made of it; `params` substitutes `$name`; `element` checks attributes; `values` and
+//! `transform` read what they say; `reader` walks the tree, `property` takes its values and `include` its other files;
+//! `upgrade` renames the properties of files older than 2.0.0; `refs` resolves `<ref>` at the end, so that references
+//! to what stands later work.
 //!
 //! # Where this reader differs from Mitsuba 3
 //!
@@ -80,6 +80,10 @@ mod limit {
     pub(super) const PARAMETER_NAME: usize = 64;
     /// Faults that are reported.
     pub(super) const FAULTS: usize = 50;
+    /// Bytes that a message may have before its middle is left out.
+    pub(super) const MESSAGE: usize = 400;
+    /// Names among which a message looks for the one that was meant.
+    pub(super) const CANDIDATES: usize = 1_000;
 }
 
 /// Reads a scene file and all it includes.
@@ -97,6 +101,15 @@ pub fn read(path: &Path, definitions: &[(String, String)]) -> Result<Document, S
     reader::document(&text, &name, folder, path.canonicalize().ok(), definitions)
 }
 
+/// The same from text; file names in it are relative to `folder`, and messages call it `name`.
+///
+/// # Errors
+///
+/// As [`read`].
+pub fn parse(text: &str, name: &str, folder: &Path, definitions: &[(String, String)]) -> Result<Document, SceneError> {
+    reader::document(text, name, folder, None, definitions)
+}
+
 /// A single element that needs no `version`, such as the examples of the manual pages.
 ///
 /// # Errors
@@ -105,13 +118,4 @@ pub fn read(path: &Path, definitions: &[(String, String)]) -> Result<Document, S
 pub fn parse_element(element: &str) -> Result<Document, SceneError> {
     let versioned = element.replacen(" type=", " version=\"3.0.0\" type=", 1);
     parse(&versioned, "example", Path::new(""), &[])
-}
-
-/// The same from text; file names in it are relative to `folder`, and messages call it `name`.
-///
-/// # Errors
-///
-/// As [`read`].
-pub fn parse(text: &str, name: &str, folder: &Path, definitions: &[(String, String)]) -> Result<Document, SceneError> {
-    reader::document(text, name, folder, None, definitions)
 }

@@ -2,8 +2,7 @@ use std::{fmt::Write, time::Instant};
 
 use proptest::prelude::*;
 
-use super::{parse_with, read, refused, scene};
-use crate::scene::xml::limit;
+use super::{super::limit, parse_with, read, refused, scene};
 
 /// What no tree is made of. Each is refused on a thread with little stack, as one that recursed would overflow.
 #[track_caller]
@@ -106,6 +105,26 @@ fn many_faults() {
     let message = refused_at_once(scene(&"<float name=\"a\" value=\"x\"/>\n".repeat(100_000)));
     assert_eq!(message.lines().count(), limit::FAULTS + 1);
     assert_eq!(message.lines().last(), Some("more than 50 faults: the rest is not shown"));
+}
+
+/// A message is one line of bounded length, whatever it quotes, and always the same.
+#[test]
+fn long_messages() {
+    let message = refused_at_once(scene(&format!(
+        "<bsdf type=\"x\"><rgb name=\"a\" value=\"{}\"/></bsdf>",
+        "é,".repeat(1 << 20)
+    )));
+    let (start, end) =
+        (format!("s.xml:2:30: could not parse RGB value \"{}", "é,".repeat(86)), "é,\"; give 1 or 3 numbers, ");
+    assert!(message.starts_with(&start) && message.contains(end) && message.len() < 700, "{message}");
+    assert_eq!(
+        refused(&scene("<ref id=\"a&#10;b\"/>")),
+        "s.xml:2:1: unresolved reference to \"a b\"; no object has id=\"a b\""
+    );
+    let ids = |count: usize| -> String { (0..count).map(|i| format!("<bsdf type=\"x\" id=\"id{i:04}\"/>")).collect() };
+    let hint = |count: usize| refused(&scene(&format!("{}\n<ref id=\"id9999\"/>", ids(count))));
+    assert_eq!(hint(100), "s.xml:3:1: unresolved reference to \"id9999\"; did you mean \"id0099\"?");
+    assert_eq!(hint(1001), "s.xml:3:1: unresolved reference to \"id9999\"; no object has id=\"id9999\"");
 }
 
 /// Many children, names and parameters take time in proportion.

@@ -2,11 +2,11 @@ use std::{fs, path::Path};
 
 use tempfile::TempDir;
 
-use super::{names, scene};
-use crate::{
-    node::{Document, SceneError, Value},
-    scene::xml,
+use super::{
+    super::{self as xml, limit},
+    names, scene,
 };
+use crate::node::{Document, SceneError, Spectrum, Value};
 
 /// A folder with these files.
 fn folder(files: &[(&str, &str)]) -> TempDir {
@@ -154,7 +154,7 @@ fn paths() {
         .iter()
         .flat_map(|object| &object.properties)
         .map(|property| match &property.value {
-            Value::String(name) | Value::Spectrum(crate::node::Spectrum::File(name)) => &**name,
+            Value::String(name) | Value::Spectrum(Spectrum::File(name)) => &**name,
             other => panic!("{other:?}"),
         })
         .collect();
@@ -221,4 +221,27 @@ fn the_depth_and_number_of_includes_are_limited() {
     read_in(&files(&once(14)), &[]).expect("it is valid");
     let message = read_in(&files(&once(15)), &[]).expect_err("it is refused").to_string();
     assert!(message.ends_with("files include one another more than 15 deep"), "{message}");
+}
+
+/// What one file may take is what all of them may take together.
+#[test]
+fn the_limits_hold_across_files() {
+    let twice = scene("<include filename=\"a.xml\"/>\n<include filename=\"a.xml\"/>");
+    let elements = scene(&"<default name=\"a\" value=\"1\"/>".repeat(limit::ELEMENTS / 2));
+    // Before the second file there are the scene, its includes, and the root of either: five elements.
+    let column = 1 + 29 * (limit::ELEMENTS / 2 - 5);
+    assert_eq!(
+        refused(&[("s.xml", &twice), ("a.xml", &elements)]),
+        format!("a.xml:2:{column}: too many elements; a scene may have 1000000")
+    );
+    assert_eq!(
+        refused(&[("s.xml", &twice), ("a.xml", &scene(&" ".repeat(limit::BYTES / 2)))]),
+        "a.xml: too large; a scene may take 64 MiB of XML, included files among them"
+    );
+    let nested = |inside: &str| scene(&format!("{}{inside}{}", "<bsdf type=\"x\">".repeat(40), "</bsdf>".repeat(40)));
+    let (s, a, b) = (nested("<include filename=\"a.xml\"/>"), nested("<include filename=\"b.xml\"/>"), nested(""));
+    // Around b.xml are two scenes, two includes and 80 objects: 16 elements are left, the scene among them.
+    let message = refused(&[("s.xml", &s), ("a.xml", &a), ("b.xml", &b)]);
+    let column = 1 + 15 * 15;
+    assert!(message.starts_with(&format!("b.xml:2:{column}: elements are nested more than 100 deep")), "{message}");
 }

@@ -1,4 +1,4 @@
-use super::{first, names, parse_with, read, refused, refused_in_shape, scene};
+use super::{super::parse_element, first, names, parse_with, read, refused, refused_in_shape, scene};
 use crate::node::{Category, ObjectId, Value};
 
 /// The scene that has one of everything.
@@ -46,6 +46,41 @@ fn names_of_children() {
     assert_eq!(sphere.properties[0].value, Value::Object(ObjectId(glass)));
 }
 
+/// A scene as users write them, with its transforms on one line.
+const CAUSTIC: &str = r#"<scene version="3.0.0">
+  <default name="spp" value="64"/>
+  <default name="integrator" value="path"/>
+  <integrator type="$integrator"><integer name="max_depth" value="8"/><integer name="rr_depth" value="5"/></integrator>
+  <sensor type="perspective">
+    <string name="fov_axis" value="x"/><float name="fov" value="45"/>
+    <float name="near_clip" value="0.01"/><float name="far_clip" value="100"/>
+    <transform name="to_world"><lookat origin="0, 4.5, 8" target="0, 0.6, 0" up="0, 1, 0"/></transform>
+    <film type="hdrfilm">
+      <integer name="width" value="256"/><integer name="height" value="256"/>
+      <string name="component_format" value="float32"/><rfilter type="box"/>
+    </film>
+    <sampler type="independent"><integer name="sample_count" value="$spp"/></sampler>
+  </sensor>
+  <bsdf type="diffuse" id="floor"><rgb name="reflectance" value="0.5, 0.5, 0.5"/></bsdf>
+  <bsdf type="dielectric" id="glass"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1.0"/></bsdf>
+  <shape type="rectangle"><transform name="to_world"><scale x="5" y="5" z="5"/><rotate x="1" angle="-90"/></transform>
+    <ref id="floor"/></shape>
+  <shape type="sphere"><point name="center" x="0" y="1.2" z="0"/><float name="radius" value="1"/><ref id="glass"/></shape>
+  <emitter type="point"><point name="position" x="0" y="5" z="0"/><rgb name="intensity" value="25, 25, 25"/></emitter>
+</scene>"#;
+
+#[test]
+fn a_whole_scene() {
+    let definitions = [("spp", "16")];
+    let document = parse_with(CAUSTIC, &definitions).expect("it is valid");
+    let plugins: Vec<_> = document.objects.iter().map(|object| &*object.plugin).collect();
+    let expected = ["", "path", "perspective", "hdrfilm", "box", "independent", "diffuse", "dielectric", "rectangle"];
+    assert_eq!(plugins, [&expected[..], &["sphere", "point"]].concat());
+    assert_eq!(document.objects[5].properties[0].value, Value::Integer(16));
+    assert_eq!(names(&document.objects[9]), ["center", "radius", "_arg_0"]);
+    assert_eq!(document.objects[9].properties[2].value, Value::Object(ObjectId(7)));
+}
+
 #[test]
 fn the_root_may_be_any_object() {
     let document = read("<bsdf version=\"3.0.0\" type=\"diffuse\" id=\"a\"><float name=\"x\" value=\"1\"/></bsdf>");
@@ -68,6 +103,12 @@ fn the_root_may_be_any_object() {
     for (text, expected) in cases {
         assert_eq!(refused(text), format!("s.xml:{expected}"));
     }
+}
+
+#[test]
+fn an_element_alone_needs_no_version() {
+    let document = parse_element("<bsdf type=\"a\"><bsdf type=\"b\"/></bsdf>").expect("it is valid");
+    assert_eq!((&*document.object(document.root).plugin, document.objects.len()), ("a", 2));
 }
 
 #[test]
@@ -322,6 +363,11 @@ fn refused_parameters() {
     for (before, text, definitions, expected) in cases {
         assert_eq!(substituted(before, text, definitions), Err(expected.to_owned()), "{before} {text}");
     }
+    // An attribute with a fault is not looked at further.
+    assert_eq!(
+        refused_in_shape("<float name=\"a\" value=\"$b\"/>"),
+        "s.xml:3:17: undefined parameter: $b; define it before with <default name=\"b\" value=\"...\"/>"
+    );
     // A default acts only after its place.
     assert_eq!(
         refused(&scene("<bsdf type=\"$t\"/>\n<default name=\"t\" value=\"diffuse\"/>")),
@@ -361,8 +407,8 @@ fn old_names() {
     assert_eq!(names(&document.objects[1]), ["reflectance"]);
     assert_eq!(names(&document.objects[2]), ["diffuse_reflectance", "int_ior", "IORint", "u_scale", "a1B"]);
     // Newer files mean what they say.
-    let document = read(&scene("<bsdf type=\"diffuse\"><float name=\"toWorld\" value=\"1\"/></bsdf>"));
-    assert_eq!(names(first(&document)), ["toWorld"]);
+    let document = read("<bsdf version=\"2.0.0\" type=\"diffuse\"><float name=\"toWorld\" value=\"1\"/></bsdf>");
+    assert_eq!(names(&document.objects[0]), ["toWorld"]);
     assert_eq!(
         refused(&old(
             "<shape type=\"s\"><float name=\"toWorld\" value=\"1\"/>\n<float name=\"to_world\" value=\"1\"/></shape>"

@@ -1,0 +1,81 @@
+use std::{io::IsTerminal as _, path::PathBuf, process::ExitCode};
+
+use anyhow::Context as _;
+use clap::Args;
+use etendue::{
+    evidence::{self, Evidence},
+    law::{Effort, Measured},
+    report,
+};
+use glob::Pattern;
+
+use super::FAILED;
+
+/// Checks everything that is claimed: closed-form laws, and scenes against their references.
+///
+/// Run it where the folders assets and reference are. Writes reports/verify/index.html, and with --full also the
+/// summaries reports/verify.md and reports/verify.json.
+#[derive(Debug, Args)]
+pub(crate) struct Verify {
+    /// Only rows whose name matches, such as 'fresnel/*' or 'reference/glass-*'.
+    #[arg(long, value_name = "GLOB", default_value = "*")]
+    only: String,
+    /// Take more samples: sixteen times for laws, four times for scenes.
+    #[arg(long)]
+    full: bool,
+    /// Threads [default: one per core].
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    threads: usize,
+    /// Where assets and reference are, and where reports goes.
+    #[arg(long, value_name = "FOLDER", default_value = ".")]
+    root: PathBuf,
+}
+
+impl Verify {
+    pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
+        let only = Pattern::new(&self.only).with_context(|| format!("--only {}", self.only))?;
+        let effort = if self.full { Effort::Full } else { Effort::Quick };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads).build().context("cannot start threads")?;
+        let watched = std::io::stderr().is_terminal();
+        let tell = |name: &str| {
+            if watched {
+                eprint!("\r\x1b[K{name}");
+            }
+        };
+        let evidence = pool.install(|| evidence::verify(&self.root, &only, effort, &tell))?;
+        if watched {
+            eprint!("\r\x1b[K");
+        }
+        print(&evidence);
+        let page = report::write(&self.root, &evidence, self.full && self.only == "*")?;
+        println!("{}", page.display());
+        Ok(if evidence.passed() { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
+    }
+}
+
+fn print(evidence: &Evidence) {
+    let mark = |passed| if passed { "holds" } else { "FAILS" };
+    for row in &evidence.rows {
+        let number = match &row.finding.measured {
+            Measured::Value { value, expected, bound } => format!("{value:.9} (should be {expected:.9} within {bound:.1e})"),
+            Measured::Test { statistic, p } => format!("p = {p:.4}, {statistic}"),
+        };
+        println!("{}  {:<28} {}: {number}", mark(row.passed), row.name, row.finding.subject);
+    }
+    for scene in &evidence.scenes {
+        let verdict = scene.comparison.verdict.as_ref();
+        let p = verdict.map_or(f64::NAN, |verdict| verdict.p);
+        let bias = verdict.and_then(|v| v.global.worst_detectable_bias).unwrap_or(0.0);
+        println!(
+            "{}  {:<28} {}, p = {p:.4}, would have seen {:.2} %, {} spp in {:.0} s",
+            mark(scene.passed),
+            scene.name,
+            scene.conclusion,
+            100.0 * bias,
+            scene.comparison.spp.unwrap_or(0),
+            scene.seconds
+        );
+    }
+    let failed = evidence.rows.iter().filter(|row| !row.passed).count() + evidence.scenes.iter().filter(|s| !s.passed).count();
+    println!("{} rows, {failed} failed, {:.0} s", evidence.rows.len() + evidence.scenes.len(), evidence.seconds);
+}
