@@ -75,11 +75,11 @@ def test_deterministic_pixels_equal_a_loop() -> None:
     assert 0 < found.sum() < steady.sum()
 
 
-@pytest.mark.parametrize(("factor", "expected"), [(0.9, True), (1.1, False)])
-def test_deterministic_threshold_is_on_the_deviation_of_one_batch(factor: float, expected: bool) -> None:
+@pytest.mark.parametrize(("deviation", "expected"), [(0.9e-4, True), (1.1e-4, False)])
+def test_deterministic_threshold_is_on_the_deviation_of_one_batch(deviation: float, expected: bool) -> None:
     # Half of the batches at 1 - d, half at 1 + d have the deviation d sqrt(K / (K - 1)).
     batches = 16
-    d = factor * ref.STEADY_CV / math.sqrt(batches / (batches - 1))
+    d = deviation / math.sqrt(batches / (batches - 1))
     images = np.ones((batches, 8, 8, 3)) + d * np.where(np.arange(batches) % 2, 1.0, -1.0)[:, None, None, None]
     mask = ref.reduce_batches(images.astype(np.float32)).deterministic
     assert mask.all() == expected
@@ -114,6 +114,8 @@ def test_seeds_never_collide() -> None:
     ranges = sorted((ref.batch_seed(name, 0), ref.batch_seed(name, ref.MAX_BATCHES - 1)) for name in names)
     for (first, last), (following, _) in zip(ranges, [*ranges[1:], (2**32, 0)], strict=True):
         assert first + ref.MAX_BATCHES - 1 == last < following
+    # Whole blocks of seeds: those of two scenes coincide or are disjoint.
+    assert all(first % ref.MAX_BATCHES == 0 for first, _ in ranges)
     assert len({ref.batch_seed("a", k) for k in range(ref.MAX_BATCHES)}) == ref.MAX_BATCHES
 
 
