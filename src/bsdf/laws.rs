@@ -46,8 +46,8 @@ pub const LAWS: &[Law] = &[
     },
     Law {
         name: "bsdf/rough-albedo",
-        claim: "White GGX metal of roughness 0.3 reflects 0.876 at normal incidence, Beckmann 0.9995.",
-        source: "Mitsuba 3.9.1, integrated; single scattering after Walter et al. 2007",
+        claim: "White metal of roughness 0.3 reflects 0.87735842 at normal incidence with GGX, 0.99975237 with Beckmann.",
+        source: "∫ D(m) G₁(2θ) cos θ dm, one-dimensional quadrature of Walter et al. 2007 at normal incidence",
         check: rough_albedo,
     },
     Law {
@@ -252,7 +252,7 @@ fn reciprocity(_: Effort) -> Vec<Finding> {
 
 fn rough_albedo(_: Effort) -> Vec<Finding> {
     let straight = Query { wi: DVec3::new(1e-6, 0.0, 1.0).normalize(), uv: DVec2::ZERO, transport: Transport::Radiance };
-    [("ggx", 0.876, 1e-3), ("beckmann", 0.9995, 1e-3)]
+    [("ggx", 0.877_358_42, 5e-4), ("beckmann", 0.999_752_37, 5e-4)]
         .into_iter()
         .map(|(distribution, expected, bound)| {
             let bsdf = from_xml(&format!(

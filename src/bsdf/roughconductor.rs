@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// A rough metal: mirrors in all directions around the normal, each a smooth conductor, with Smith's masking and
-/// shadowing. Light that meets a second facet is lost, so that a white metal of GGX roughness 0.3 reflects 0.876 of
+/// shadowing. Light that meets a second facet is lost, so that a white metal of GGX roughness 0.3 reflects 0.877 of
 /// what falls on it straight. Black on its back.
 ///
 /// Walter et al. 2007, eq. (20): `f = F D G / 4 |cos θi| |cos θo|`.

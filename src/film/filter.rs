@@ -142,6 +142,8 @@ pub struct Profile {
     values: Vec<f64>,
     /// The integral up to each point, the last being 1.
     cumulative: Vec<f64>,
+    /// The piece in which each of as many equal shares of the integral begins.
+    guide: Vec<u16>,
 }
 
 /// Even, so that the middle, where a tent has its corner, is a point.
@@ -161,7 +163,9 @@ impl Profile {
         }
         let total = cumulative[PIECES];
         cumulative.iter_mut().for_each(|c| *c /= total);
-        Self { radius, values, cumulative }
+        let begins = |share: usize| cumulative[1..PIECES].partition_point(|&c| c <= share as f64 / PIECES as f64);
+        let guide = (0..PIECES).map(|share| begins(share) as u16).collect();
+        Self { radius, values, cumulative, guide }
     }
 
     /// How far it reaches, in pixels.
@@ -178,6 +182,12 @@ impl Profile {
     }
 
     fn mass_below(&self, x: f64) -> f64 {
+        if x <= -self.radius {
+            return 0.0;
+        }
+        if x >= self.radius {
+            return 1.0;
+        }
         let (i, w) = self.place(x);
         let (left, right) = (self.values[i], self.values[i + 1]);
         let within = w * (left + 0.5 * w * (right - left)) / (0.5 * (left + right)).max(f64::MIN_POSITIVE);
@@ -192,7 +202,10 @@ impl Profile {
     }
 
     fn at_mass(&self, mass: f64) -> f64 {
-        let i = (self.cumulative.partition_point(|&c| c <= mass) - 1).min(PIECES - 1);
+        let mut i = usize::from(self.guide[((mass * PIECES as f64) as usize).min(PIECES - 1)]);
+        while i < PIECES - 1 && self.cumulative[i + 1] <= mass {
+            i += 1;
+        }
         let share = (mass - self.cumulative[i]) / (self.cumulative[i + 1] - self.cumulative[i]);
         let (left, right) = (self.values[i], self.values[i + 1]);
         // The root of the integral of a linear density, in the form that has no cancellation.

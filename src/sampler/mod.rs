@@ -153,7 +153,7 @@ impl Common {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stats::ks;
+    use crate::stats::Ks;
 
     fn samplers() -> Vec<Sampler> {
         let common = Common { sample_count: 64, seed: 0 };
@@ -175,7 +175,7 @@ mod tests {
             for dimension in [0, 1, 7, 200] {
                 let first: Vec<_> = (0..4000).map(|pixel| draws(&sampler, pixel, 1, dimension)[0]).collect();
                 for coordinate in [first.iter().map(|u| u.x).collect::<Vec<_>>(), first.iter().map(|u| u.y).collect()] {
-                    let p = ks(&coordinate, |x| x.clamp(0.0, 1.0)).p;
+                    let p = Ks::one_sample(&coordinate, |x| x.clamp(0.0, 1.0)).p;
                     assert!(p > 1e-4, "{sampler:?}, dimension {dimension}: p = {p}");
                 }
             }
