@@ -208,6 +208,9 @@ impl Profile {
         }
         let share = (mass - self.cumulative[i]) / (self.cumulative[i + 1] - self.cumulative[i]);
         let (left, right) = (self.values[i], self.values[i + 1]);
+        if left == right {
+            return -self.radius + (i as f64 + share) * 2.0 * self.radius / PIECES as f64;
+        }
         // The root of the integral of a linear density, in the form that has no cancellation.
         let target = share * (left + right);
         let w = target / (left + (left * left + (right - left) * target).max(0.0).sqrt());
