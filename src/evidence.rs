@@ -138,6 +138,7 @@ pub enum EvidenceError {
 /// If the scenes or their references are missing, broken or stale, or nothing matches.
 pub fn verify(root: &Path, only: &Pattern, effort: Effort, tell: &dyn Fn(&str)) -> Result<Evidence, EvidenceError> {
     let start = Instant::now();
+    let scenes = scenes(root)?;
     let mut findings = Vec::new();
     for law in laws().filter(|law| only.matches(law.name)) {
         tell(law.name);
@@ -151,7 +152,7 @@ pub fn verify(root: &Path, only: &Pattern, effort: Effort, tell: &dyn Fn(&str)) 
         rows: rows(findings, effort),
         scenes: Vec::new(),
     };
-    for scene in scenes(root)? {
+    for scene in scenes {
         let name = format!("reference/{}", stem(&scene));
         if only.matches(&name) {
             tell(&name);

@@ -10,7 +10,7 @@ use etendue::{
     stats::{Outcome, Verdict},
 };
 
-use super::FAILED;
+use super::{FAILED, say};
 
 /// Tells whether two images are estimates of the same picture.
 ///
@@ -46,34 +46,34 @@ impl Compare {
             write_pictures(folder, &test, &reference, &comparison)?;
         }
         if self.json {
-            println!("{}", serde_json::to_string_pretty(&comparison)?);
+            say(serde_json::to_string_pretty(&comparison)?)?;
         } else {
-            print(&comparison);
+            print(&comparison)?;
         }
         let agrees = matches!(&comparison.verdict, Some(verdict) if verdict.outcome == Outcome::Agrees);
         Ok(if agrees { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
     }
 }
 
-fn print(comparison: &Comparison) {
+fn print(comparison: &Comparison) -> anyhow::Result<()> {
     let m = &comparison.metrics;
-    println!("mean {:.6} (reference {:.6}), bias {:+.3e}, RMSE {:.4e}, relative MSE {:.4e}", m.mean, m.reference_mean, m.bias, m.rmse, m.relative_mse);
+    say(format_args!("mean {:.6} (reference {:.6}), bias {:+.3e}, RMSE {:.4e}, relative MSE {:.4e}", m.mean, m.reference_mean, m.bias, m.rmse, m.relative_mse))?;
     if let Some(verdict) = &comparison.verdict {
-        print_verdict(verdict);
+        print_verdict(verdict)?;
     }
-    println!("{}", comparison.conclusion());
+    say(comparison.conclusion())
 }
 
-fn print_verdict(verdict: &Verdict) {
+fn print_verdict(verdict: &Verdict) -> anyhow::Result<()> {
     let percent = |x: Option<f64>| x.map_or("-".into(), |x| format!("{:+.3} %", 100.0 * x));
     let differences = verdict.global.relative_difference.map(percent).join(", ");
-    println!("global means    p = {:.4}   differences {differences}", verdict.global.p);
-    println!("worst tile      p = {:.4}   of {} tests", verdict.peak.p, verdict.peak.tests);
-    println!("all tiles       p = {:.4}   chi² {:.1} of {} dof", verdict.scatter.chi2.p, verdict.scatter.chi2.statistic, verdict.scatter.chi2.dof);
+    say(format_args!("global means    p = {:.4}   differences {differences}", verdict.global.p))?;
+    say(format_args!("worst tile      p = {:.4}   of {} tests", verdict.peak.p, verdict.peak.tests))?;
+    say(format_args!("all tiles       p = {:.4}   chi² {:.1} of {} dof", verdict.scatter.chi2.p, verdict.scatter.chi2.statistic, verdict.scatter.chi2.dof))?;
     if let Some(exact) = &verdict.deterministic {
-        println!("exact values    worst {:.2e}, allowed {:.0e}, of {}", exact.worst_relative, exact.tolerance, exact.compared);
+        say(format_args!("exact values    worst {:.2e}, allowed {:.0e}, of {}", exact.worst_relative, exact.tolerance, exact.compared))?;
     }
-    println!("would have seen a bias of {} in the worst channel", percent(verdict.global.worst_detectable_bias));
+    say(format_args!("would have seen a bias of {} in the worst channel", percent(verdict.global.worst_detectable_bias)))
 }
 
 fn write_pictures(folder: &Path, test: &Side, reference: &[[f64; 3]], comparison: &Comparison) -> anyhow::Result<()> {

@@ -5,8 +5,13 @@ mod plugins;
 mod render;
 mod verify;
 
-use std::process::ExitCode;
+use std::{
+    fmt::Display,
+    io::{self, Write as _},
+    process::ExitCode,
+};
 
+use anyhow::Context as _;
 use clap::{Parser, Subcommand};
 
 /// The exit code of bad input, which clap uses for bad arguments too.
@@ -29,9 +34,13 @@ pub(crate) struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    #[command(after_help = AFTER_HELP)]
     Render(render::Render),
+    #[command(after_help = AFTER_HELP)]
     Compare(compare::Compare),
+    #[command(after_help = AFTER_HELP)]
     Verify(verify::Verify),
+    #[command(after_help = AFTER_HELP)]
     Plugins(plugins::Plugins),
 }
 
@@ -44,4 +53,18 @@ impl Cli {
             Command::Plugins(command) => command.run(),
         }
     }
+}
+
+/// Prints a line. That its reader has left already is no fault: it has seen what it wanted.
+pub(crate) fn say(line: impl Display) -> anyhow::Result<()> {
+    match writeln!(io::stdout(), "{line}") {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        written => written.context("stdout"),
+    }
+}
+
+/// So many threads, or as many as there are cores.
+pub(crate) fn threads(number: Option<u16>) -> anyhow::Result<rayon::ThreadPool> {
+    let builder = rayon::ThreadPoolBuilder::new().num_threads(number.unwrap_or(0).into());
+    builder.build().context("cannot start threads")
 }

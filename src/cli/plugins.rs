@@ -6,6 +6,8 @@ use etendue::{
     node::{Kind, Param, Plugin, Preset},
 };
 
+use super::say;
+
 /// Lists what is read from scene files: every plugin with its parameters.
 #[derive(Debug, Args)]
 pub(crate) struct Plugins {
@@ -19,7 +21,7 @@ impl Plugins {
         let mut found = 0;
         for plugin in catalogue::plugins() {
             if plugin.name.contains(&filter) || plugin.category.tag().contains(&filter) {
-                print_plugin(plugin);
+                say(page(plugin))?;
                 found += 1;
             }
         }
@@ -28,12 +30,10 @@ impl Plugins {
     }
 }
 
-fn print_plugin(plugin: &Plugin) {
-    println!("{} {}\n    {}", plugin.category, plugin.name, plugin.summary);
-    for param in plugin.params {
-        println!("    {:<24} {:<10} {:<22} {}", param.name, kind(param), default(param), about(param));
-    }
-    println!();
+fn page(plugin: &Plugin) -> String {
+    let row = |p: &Param| format!("    {:<24} {:<10} {:<22} {}\n", p.name, kind(p), default(p), about(p));
+    let rows: String = plugin.params.iter().map(row).collect();
+    format!("{} {}\n    {}\n{rows}", plugin.category, plugin.name, plugin.summary)
 }
 
 fn kind(param: &Param) -> String {

@@ -17,6 +17,8 @@ use etendue::{
 };
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::say;
+
 /// Renders a scene into an OpenEXR file.
 ///
 /// The file has R, G and B as 32-bit floats, the layers that the integrator makes, the variance of the mean as
@@ -26,8 +28,8 @@ pub(crate) struct Render {
     #[command(flatten)]
     source: Source,
     /// The image to write.
-    #[arg(short, long, value_name = "OUT.exr")]
-    output: PathBuf,
+    #[arg(short, long, value_name = "OUT.exr", required_unless_present = "replay")]
+    output: Option<PathBuf>,
     /// Also write a tone-mapped picture beside the image.
     #[arg(long)]
     png: bool,
@@ -35,8 +37,8 @@ pub(crate) struct Render {
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, requires = "png")]
     exposure: Option<f64>,
     /// Print one sample of one pixel instead of rendering: its column, row and number, from 0.
-    #[arg(long, value_name = "X,Y,SAMPLE", value_delimiter = ',', num_args = 3)]
-    replay: Option<Vec<u32>>,
+    #[arg(long, value_name = "X,Y,SAMPLE", value_parser = address)]
+    replay: Option<[u32; 3]>,
 }
 
 /// What to render and how.
@@ -70,6 +72,11 @@ fn definition(text: &str) -> Result<(String, String), String> {
     Ok((name.to_owned(), value.to_owned()))
 }
 
+fn address(text: &str) -> Result<[u32; 3], String> {
+    let numbers: Option<Vec<u32>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+    numbers.and_then(|n| n.try_into().ok()).ok_or_else(|| "write three whole numbers like 3,4,0".into())
+}
+
 impl Render {
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
         let document = xml::read(&self.source.scene, &self.source.define)?;
@@ -84,46 +91,61 @@ impl Render {
             number: 0,
             samples: self.source.spp.unwrap_or(sampler.sample_count()),
         };
-        if let Some(at) = &self.replay {
-            return replay(&renderer, pass, [at[0], at[1], at[2]]);
+        if let Some(at) = self.replay {
+            return replay(&renderer, pass, at);
         }
-        check_writable(&self.output)?;
-        let threads = usize::from(self.source.threads.unwrap_or(0));
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().context("cannot start threads")?;
+        let outputs = self.outputs()?;
+        let mut attributes = self.attributes(&document, &renderer, pass)?;
+        let pool = super::threads(self.source.threads)?;
         let start = Instant::now();
         let mut image = pool.install(|| gather(&renderer, pass));
-        let seconds = start.elapsed().as_secs_f64();
-        image.attributes = self.attributes(&document, pass, seconds)?;
-        self.write(&image)?;
+        attributes.push(("etendue.seconds".into(), format!("{:.3}", start.elapsed().as_secs_f64())));
+        image.attributes = attributes;
+        self.write(&outputs, &image)?;
         Ok(ExitCode::SUCCESS)
     }
 
-    fn attributes(&self, document: &Document, pass: Pass, seconds: f64) -> anyhow::Result<Vec<(String, String)>> {
-        let integrator = self.source.integrator.clone().unwrap_or_else(|| "as in the scene".into());
+    /// The files to write, which can be written as far as can be told before the work.
+    fn outputs(&self) -> anyhow::Result<Outputs> {
+        let exr = self.output.clone().expect("clap asks for it");
+        let png = self.png.then(|| exr.with_extension("png"));
+        anyhow::ensure!(png.as_ref() != Some(&exr), "{}: is the name of the picture; call the image .exr", exr.display());
+        for file in [Some(&exr), png.as_ref()].into_iter().flatten() {
+            check_writable(file)?;
+        }
+        Ok(Outputs { exr, png })
+    }
+
+    fn attributes(&self, document: &Document, renderer: &Renderer, pass: Pass) -> anyhow::Result<Vec<(String, String)>> {
         let params: Vec<_> = self.source.param.iter().chain(&self.source.define).map(|(n, v)| format!("{n}={v}")).collect();
         let attributes = [
             ("etendue.version", provenance::version()),
             ("etendue.scene", self.source.scene.display().to_string()),
             ("etendue.scene_sha256", provenance::scene_hash(document)?),
-            ("etendue.integrator", integrator),
+            ("etendue.integrator", renderer.integrator.plugin().name.into()),
             ("etendue.parameters", params.join(" ")),
             ("etendue.spp", pass.samples.to_string()),
             ("etendue.seed", pass.seed.to_string()),
-            ("etendue.seconds", format!("{seconds:.3}")),
         ];
         Ok(attributes.map(|(name, value)| (name.to_owned(), value)).into())
     }
 
-    fn write(&self, image: &Image) -> anyhow::Result<()> {
-        exr::write(&self.output, image)?;
-        if self.png {
+    fn write(&self, outputs: &Outputs, image: &Image) -> anyhow::Result<()> {
+        exr::write(&outputs.exr, image)?;
+        if let Some(png) = &outputs.png {
             let pixels = image.rgb(["R", "G", "B"]).expect("every image has R, G and B");
             let exposure = self.exposure.unwrap_or_else(|| picture::automatic_exposure(&pixels));
             let picture = picture::tone_mapped(image.crop.width, &pixels, exposure);
-            picture::write_png(&self.output.with_extension("png"), &picture)?;
+            picture::write_png(png, &picture)?;
         }
         Ok(())
     }
+}
+
+/// The image, and the picture if there is one.
+struct Outputs {
+    exr: PathBuf,
+    png: Option<PathBuf>,
 }
 
 /// Finds out before the work whether its result can be kept.
@@ -151,6 +173,6 @@ fn replay(renderer: &Renderer, pass: Pass, [x, y, sample]: [u32; 3]) -> anyhow::
     anyhow::ensure!(sample < pass.samples, "sample {sample} is not among the {} of a pixel", pass.samples);
     let mut values = vec![0.0; renderer.film().stride()];
     let radiance = renderer.sample(pass, (x, y), sample, &mut values);
-    println!("{:?} {:?} {:?}", radiance.x, radiance.y, radiance.z);
+    say(format_args!("{:?} {:?} {:?}", radiance.x, radiance.y, radiance.z))?;
     Ok(ExitCode::SUCCESS)
 }

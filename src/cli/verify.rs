@@ -9,7 +9,7 @@ use etendue::{
 };
 use glob::Pattern;
 
-use super::FAILED;
+use super::{FAILED, say};
 
 /// Checks everything that is claimed: closed-form laws, and scenes against their references.
 ///
@@ -24,8 +24,8 @@ pub(crate) struct Verify {
     #[arg(long)]
     full: bool,
     /// Threads [default: one per core].
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    threads: usize,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
     /// Where assets and reference are, and where reports goes.
     #[arg(long, value_name = "FOLDER", default_value = ".")]
     root: PathBuf,
@@ -35,7 +35,7 @@ impl Verify {
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
         let only = Pattern::new(&self.only).with_context(|| format!("--only {}", self.only))?;
         let effort = if self.full { Effort::Full } else { Effort::Quick };
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads).build().context("cannot start threads")?;
+        let pool = super::threads(self.threads)?;
         let watched = std::io::stderr().is_terminal();
         let tell = |name: &str| {
             if watched {
@@ -46,27 +46,27 @@ impl Verify {
         if watched {
             eprint!("\r\x1b[K");
         }
-        print(&evidence);
+        print(&evidence)?;
         let page = report::write(&self.root, &evidence, self.full && self.only == "*")?;
-        println!("{}", page.display());
+        say(page.display())?;
         Ok(if evidence.passed() { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
     }
 }
 
-fn print(evidence: &Evidence) {
+fn print(evidence: &Evidence) -> anyhow::Result<()> {
     let mark = |passed| if passed { "holds" } else { "FAILS" };
     for row in &evidence.rows {
         let number = match &row.finding.measured {
             Measured::Value { value, expected, bound } => format!("{value:.9} (should be {expected:.9} within {bound:.1e})"),
             Measured::Test { statistic, p } => format!("p = {p:.4}, {statistic}"),
         };
-        println!("{}  {:<28} {}: {number}", mark(row.passed), row.name, row.finding.subject);
+        say(format_args!("{}  {:<28} {}: {number}", mark(row.passed), row.name, row.finding.subject))?;
     }
     for scene in &evidence.scenes {
         let verdict = scene.comparison.verdict.as_ref();
         let p = verdict.map_or(f64::NAN, |verdict| verdict.p);
         let bias = verdict.and_then(|v| v.global.worst_detectable_bias).unwrap_or(0.0);
-        println!(
+        say(format_args!(
             "{}  {:<28} {}, p = {p:.4}, would have seen {:.2} %, {} spp in {:.0} s",
             mark(scene.passed),
             scene.name,
@@ -74,8 +74,8 @@ fn print(evidence: &Evidence) {
             100.0 * bias,
             scene.comparison.spp.unwrap_or(0),
             scene.seconds
-        );
+        ))?;
     }
     let failed = evidence.rows.iter().filter(|row| !row.passed).count() + evidence.scenes.iter().filter(|s| !s.passed).count();
-    println!("{} rows, {failed} failed, {:.0} s", evidence.rows.len() + evidence.scenes.len(), evidence.seconds);
+    say(format_args!("{} rows, {failed} failed, {:.0} s", evidence.rows.len() + evidence.scenes.len(), evidence.seconds))
 }

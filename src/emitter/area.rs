@@ -19,7 +19,7 @@ impl Described for Area {
         category: Category::Emitter,
         name: "area",
         summary: "Makes the shape it stands in a light, on the side of its normal.",
-        params: &[Param::new("radiance", Kind::Texture, "1", "its radiance in W/(m² sr)").within(Range::NON_NEGATIVE)],
+        params: &[Param::new("radiance", Kind::Texture, "1", "its radiance in W/(m² sr)").within(Range::LIGHT)],
         examples: &[r#"<emitter type="area"><rgb name="radiance" value="5, 4, 3"/></emitter>"#],
         evidence: &["radiometry/polygon-light", "radiometry/disk-light", "radiometry/sphere-light"],
     };

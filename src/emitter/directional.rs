@@ -23,7 +23,7 @@ impl Described for Directional {
         params: &[
             Param::optional("direction", Kind::Point, "the z axis of to_world", "in which direction the light travels"),
             Param::optional("to_world", Kind::Transform, "the identity", "where its z axis goes, instead of direction"),
-            Param::new("irradiance", Kind::Rgb, "1", "on a surface across the light, in W/m²").within(Range::NON_NEGATIVE),
+            Param::new("irradiance", Kind::Rgb, "1", "on a surface across the light, in W/m²").within(Range::LIGHT),
         ],
         examples: &[r#"<emitter type="directional"><vector name="direction" x="1" y="-2" z="0.5"/></emitter>"#],
         evidence: &["radiometry/directional-light"],

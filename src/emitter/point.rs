@@ -22,7 +22,7 @@ impl Described for Point {
         params: &[
             Param::optional("position", Kind::Point, "the origin of to_world", "where it is"),
             Param::optional("to_world", Kind::Transform, "the identity", "where its origin goes, instead of position"),
-            Param::new("intensity", Kind::Rgb, "1", "its intensity in W/sr").within(Range::NON_NEGATIVE),
+            Param::new("intensity", Kind::Rgb, "1", "its intensity in W/sr").within(Range::LIGHT),
         ],
         examples: &[r#"<emitter type="point"><point name="position" x="1" y="2" z="-1"/><rgb name="intensity" value="3, 2, 1"/></emitter>"#],
         evidence: &["radiometry/point-light", "radiometry/integrating-sphere"],

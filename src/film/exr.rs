@@ -67,7 +67,7 @@ pub fn write(path: &Path, image: &Image) -> Result<(), FileError> {
     header.layer_position = Vec2(image.crop.x as i32, image.crop.y as i32);
     header.software_name = Some(Text::from("etendue"));
     for (name, value) in &image.attributes {
-        header.other.insert(Text::from(name.as_str()), AttributeValue::Text(Text::from(value.as_str())));
+        header.other.insert(utf8(name), AttributeValue::Text(utf8(value)));
     }
     let size = Vec2(image.crop.width as usize, image.crop.height as usize);
     let layer = Layer::new(size, header, Encoding::SMALL_LOSSLESS, channels);
@@ -77,6 +77,11 @@ pub fn write(path: &Path, image: &Image) -> Result<(), FileError> {
     let mut bytes = std::io::Cursor::new(Vec::new());
     file.write().to_buffered(&mut bytes).map_err(|error| FileError::new(path, error))?;
     write_whole(path, bytes.get_ref())
+}
+
+/// Header texts are UTF-8 here, although the crate takes them for Latin-1: file names can have any letters.
+fn utf8(text: &str) -> Text {
+    Text::from_slice_unchecked(text.as_bytes())
 }
 
 /// Reads all channels of the first layer of a file.
@@ -98,7 +103,7 @@ pub fn read(path: &Path) -> Result<Image, FileError> {
         layer.channel_data.list.into_iter().map(|c| (c.name.to_string(), values(c.sample_data))).collect();
     channels.sort_by_key(|(name, _)| (["R", "G", "B"].iter().position(|known| known == name).unwrap_or(3), name.clone()));
     let text = |(name, value): (&Text, &AttributeValue)| match value {
-        AttributeValue::Text(text) => Some((name.to_string(), text.to_string())),
+        AttributeValue::Text(text) => Some((name.to_string(), String::from_utf8_lossy(text.as_slice()).into_owned())),
         _ => None,
     };
     let attributes = layer.attributes.other.iter().filter_map(text).collect();

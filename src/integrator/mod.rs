@@ -15,7 +15,7 @@ pub use path::Path;
 use crate::{
     film::LayerSpec,
     math::{Ray, Rgb},
-    node::{Category, Document, Kind, Object, ObjectId, Param, Params, Property, Range, SceneError, Value, catalogue},
+    node::{Category, Document, Kind, Object, ObjectId, Param, Params, Place, Property, Range, SceneError, Value, catalogue},
     sampler::PathNumbers,
     scene::{Scene, Vertex},
 };
@@ -107,10 +107,7 @@ impl Integrator {
     pub fn of_scene(document: &Document, overrides: &Overrides) -> Result<Self, SceneError> {
         let mut document = document.clone();
         let root = document.object(document.root);
-        let own = root.properties.iter().find_map(|property| match property.value {
-            Value::Object(id) if document.object(id).category == Category::Integrator => Some(id),
-            _ => None,
-        });
+        let own = integrator_in(&document, root);
         let id = match (own, &overrides.name) {
             (None, None) => {
                 let error = SceneError::at(&root.place, "the scene has no integrator");
@@ -128,14 +125,34 @@ impl Integrator {
 
 /// Adds an integrator that keeps the depths of the scene's own.
 fn replaced(document: &mut Document, own: Option<ObjectId>, name: &str) -> ObjectId {
-    let template = document.object(own.unwrap_or(document.root)).clone();
     let known = Integrator::PLUGINS.iter().find(|plugin| plugin.name == name);
     let has = |param: &str| known.is_some_and(|plugin| plugin.params.iter().any(|p| p.name == param));
-    let kept = |p: &Property| own.is_some() && [MAX_DEPTH.name, RR_DEPTH.name].contains(&p.name.as_str()) && has(&p.name);
-    let properties = template.properties.iter().filter(|p| kept(p)).cloned().collect();
-    let category = Category::Integrator;
-    document.objects.push(Object { category, plugin: name.to_owned(), id: None, properties, ..template });
+    let kept = |p: &&Property| [MAX_DEPTH.name, RR_DEPTH.name].contains(&p.name.as_str()) && has(&p.name);
+    let mut properties: Vec<Property> = Vec::new();
+    // An integrator that wraps another leaves the depths to that one.
+    let mut next = own;
+    while let Some(id) = next {
+        let object = document.object(id);
+        properties.extend(object.properties.iter().filter(kept).cloned());
+        next = integrator_in(document, object);
+    }
+    document.objects.push(Object {
+        category: Category::Integrator,
+        plugin: name.to_owned(),
+        id: None,
+        place: Place::argument(&format!("--integrator {name}")),
+        folder: document.object(document.root).folder.clone(),
+        properties,
+    });
     ObjectId(document.objects.len() - 1)
+}
+
+/// The first integrator that stands in an object.
+fn integrator_in(document: &Document, object: &Object) -> Option<ObjectId> {
+    object.properties.iter().find_map(|property| match property.value {
+        Value::Object(id) if document.object(id).category == Category::Integrator => Some(id),
+        _ => None,
+    })
 }
 
 /// Sets a parameter from text, of the type that the text looks like.
@@ -150,5 +167,6 @@ fn set(object: &mut Object, name: &str, text: &str) {
         Value::String(text.to_owned())
     };
     object.properties.retain(|property| property.name != name);
-    object.properties.push(Property { name: name.to_owned(), value, place: object.place.clone() });
+    let place = Place::argument(&format!("--param {name}={text}"));
+    object.properties.push(Property { name: name.to_owned(), value, place });
 }

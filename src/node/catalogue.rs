@@ -22,6 +22,12 @@ macro_rules! catalogue {
             pub const PLUGINS: &'static [&'static $crate::node::Plugin] =
                 &[$(&<$Type as $crate::node::Described>::PLUGIN),*];
 
+            /// The manual page of the member that it is.
+            #[must_use]
+            pub fn plugin(&self) -> &'static $crate::node::Plugin {
+                match self { $(Self::$Member(_) => &<$Type as $crate::node::Described>::PLUGIN),* }
+            }
+
             /// Reads an object of this category, all but what [`Params::finish`](crate::node::Params::finish) checks.
             ///
             /// # Errors

@@ -1,18 +1,29 @@
 use std::{fmt, sync::Arc};
 
-/// A position in a scene's files; lines and columns count from 1.
+/// A position in a scene's files, or an argument of the command line that changes the scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
-    /// The file as the user named it.
+    /// The file as the user named it, or the argument.
     pub file: Arc<str>,
-    /// The line.
+    /// The line, from 1; 0 for an argument.
     pub line: u32,
-    /// The column, in characters.
+    /// The column in characters, from 1; 0 for an argument.
     pub column: u32,
+}
+
+impl Place {
+    /// An argument of the command line.
+    #[must_use]
+    pub fn argument(text: &str) -> Self {
+        Self { file: text.into(), line: 0, column: 0 }
+    }
 }
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.line == 0 {
+            return f.write_str(&self.file);
+        }
         write!(f, "{}:{}:{}", self.file, self.line, self.column)
     }
 }

@@ -12,7 +12,7 @@ pub mod xml;
 pub(crate) use catalogue::catalogue;
 pub use error::{Diagnostic, Place, SceneError};
 pub use params::Params;
-pub use plugin::{Described, Kind, Param, Plugin, Preset, Range};
+pub use plugin::{Described, FARTHEST, Kind, Param, Plugin, Preset, Range};
 
 use std::{fmt, path::PathBuf, sync::Arc};
 

@@ -2,7 +2,7 @@ use std::{cell::RefCell, path::PathBuf};
 
 use glam::{DAffine3, DVec3};
 
-use super::{Category, Document, Kind, Object, ObjectId, Param, Plugin, Preset, Property, Range, SceneError, Spectrum, Value};
+use super::{Category, Document, Kind, Object, ObjectId, Param, Plugin, Preset, Property, Range, SceneError, Spectrum, Value, plugin::number};
 use crate::math::Rgb;
 
 /// A plugin's view of its own element: reads parameters by the plugin's table, checks type and range, fills in the
@@ -30,7 +30,7 @@ impl<'d> Params<'d> {
     ) -> Result<Self, SceneError> {
         let object = document.object(id);
         if object.category != category {
-            let what = format!("a {} \"{}\" stands where a {category} belongs", object.category, object.plugin);
+            let what = format!("{} \"{}\" stands where {} belongs", object.category, object.plugin, with_article(category.tag()));
             return Err(SceneError::at(&object.place, what));
         }
         let Some(plugin) = plugins.iter().find(|plugin| plugin.name == object.plugin) else {
@@ -158,7 +158,7 @@ impl<'d> Params<'d> {
         if rgb.to_array().iter().all(|&x| range.contains(x)) {
             return Ok(rgb);
         }
-        let what = format!("\"{}\" is [{}, {}, {}]", property.name, rgb.x, rgb.y, rgb.z);
+        let what = format!("\"{}\" is [{}]", property.name, rgb.to_array().map(number).join(", "));
         Err(SceneError::at(&property.place, what).hint(format!("each channel must be {}", range.describe())))
     }
 
@@ -223,8 +223,9 @@ impl<'d> Params<'d> {
     pub fn child(&self, category: Category) -> Result<Option<ObjectId>, SceneError> {
         let children = self.children(category);
         if children.len() > 1 {
-            let what = format!("a {} can have only one {category}, this has {}", self.called(), children.len());
-            return Err(SceneError::at(&self.object.place, what));
+            let what = format!("{} can have only one {category}, this has {}", self.called(), children.len());
+            let error = SceneError::at(&self.document.object(children[1]).place, what);
+            return Err(error.hint("keep one of them"));
         }
         Ok(children.first().copied())
     }
@@ -253,17 +254,20 @@ impl<'d> Params<'d> {
     fn unused(&self, property: &Property) -> SceneError {
         if let Value::Object(id) = property.value {
             let child = self.document.object(id);
-            let what = format!("a {} takes no {} \"{}\"", self.called(), child.category, child.plugin);
+            let what = format!("{} takes no {} \"{}\"", self.called(), child.category, child.plugin);
             return SceneError::at(&child.place, what);
         }
-        let what = format!("a {} has no parameter \"{}\"", self.called(), property.name);
+        let what = format!("{} has no parameter \"{}\"", self.called(), property.name);
         let known: Vec<_> = self.plugin.params.iter().map(|p| p.name).collect();
         let hint = if known.is_empty() { "it takes none".to_owned() } else { format!("known: {}", known.join(", ")) };
         SceneError::at(&property.place, what).hint(hint)
     }
 
     fn called(&self) -> String {
-        format!("{} \"{}\"", self.plugin.category, self.plugin.name)
+        match self.plugin.name {
+            "" => with_article(self.plugin.category.tag()),
+            name => format!("{} \"{name}\"", with_article(self.plugin.category.tag())),
+        }
     }
 
     fn param(&self, name: &str) -> &'static Param {
@@ -272,22 +276,27 @@ impl<'d> Params<'d> {
     }
 
     fn required<T>(&self, name: &str, value: Option<T>) -> Result<T, SceneError> {
-        let missing = || SceneError::at(&self.object.place, format!("a {} needs \"{name}\"", self.called()));
+        let missing = || SceneError::at(&self.object.place, format!("{} needs \"{name}\"", self.called()));
         value.ok_or_else(|| missing().hint(self.param(name).about))
     }
 
     fn wrong_type(&self, property: &Property, expected: &str) -> SceneError {
-        let what = format!("\"{}\" is a {}", property.name, property.value.type_name());
-        SceneError::at(&property.place, what).hint(format!("must be a {expected}"))
+        let what = format!("\"{}\" is {}", property.name, with_article(property.value.type_name()));
+        SceneError::at(&property.place, what).hint(format!("must be {}", with_article(expected)))
     }
 
     fn in_range(&self, param: &Param, x: f64) -> Result<f64, SceneError> {
         if param.range.contains(x) {
             return Ok(x);
         }
-        let error = self.error(param.name, format!("\"{}\" is {x}", param.name));
+        let error = self.error(param.name, format!("\"{}\" is {}", param.name, number(x)));
         Err(error.hint(format!("must be {}", param.range.describe())))
     }
+}
+
+fn with_article(word: &str) -> String {
+    let article = if word.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    format!("{article} {word}")
 }
 
 fn default_text(param: &Param) -> Option<&'static str> {

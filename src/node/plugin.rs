@@ -83,6 +83,9 @@ pub enum Preset {
     Value(&'static str),
 }
 
+/// No coordinate of a scene is farther from 0.
+pub const FARTHEST: f64 = 1e15;
+
 /// An interval of numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
@@ -101,6 +104,10 @@ impl Range {
     pub const POSITIVE: Self = Self { min: 0.0, max: f64::MAX, open: true };
     /// Zero or above, finite.
     pub const NON_NEGATIVE: Self = Self { min: 0.0, max: f64::MAX, open: false };
+    /// What a light can send out: images hold 32-bit floats, which end at 3.4e38.
+    pub const LIGHT: Self = Self { min: 0.0, max: 1e30, open: false };
+    /// A length: the hierarchy of boxes holds 32-bit floats, whose squares end at 1.8e19.
+    pub const LENGTH: Self = Self { min: 0.0, max: FARTHEST, open: true };
     /// From 0 to 1, both included.
     pub const UNIT: Self = Self { min: 0.0, max: 1.0, open: false };
 
@@ -117,11 +124,17 @@ impl Range {
             Self::FINITE => "a finite number".into(),
             Self::POSITIVE => "a number above 0".into(),
             Self::NON_NEGATIVE => "a number from 0 up".into(),
-            Self { min, max: f64::MAX, .. } => format!("a number from {min} up"),
-            Self { min, max, open: true } => format!("a number above {min}, at most {max}"),
-            Self { min, max, open: false } => format!("a number from {min} to {max}"),
+            Self { min, max: f64::MAX, .. } => format!("a number from {} up", number(min)),
+            Self { min, max, open: true } => format!("a number above {}, at most {}", number(min), number(max)),
+            Self { min, max, open: false } => format!("a number from {} to {}", number(min), number(max)),
         }
     }
+}
+
+/// A number as a person would write it: 0.0001, 4294967295, 1e30.
+pub(super) fn number(x: f64) -> String {
+    let plain = x == 0.0 || (1e-6..1e15).contains(&x.abs()) || !x.is_finite();
+    if plain { x.to_string() } else { format!("{x:e}") }
 }
 
 impl Param {

@@ -7,7 +7,7 @@ use crate::{
     bsdf::{Bsdf, Diffuse},
     emitter::{Emitter, Model as _},
     math::{Aabb, Rgb},
-    node::{Category, Document, Kind, ObjectId, Param, Params, Plugin, SceneError},
+    node::{Category, Document, FARTHEST, Kind, ObjectId, Param, Params, Plugin, SceneError},
     sensor::Sensor,
     shape::{Model as _, Shape, bvh::Bvh},
 };
@@ -46,9 +46,9 @@ impl Scene {
         for param in SCENE.params {
             params.find(param.name);
         }
-        // The integrator is read by whoever renders.
-        params.child(Category::Integrator)?;
         let mut builder = Builder::new(document);
+        // The integrator is read by whoever renders.
+        builder.keep(params.child(Category::Integrator));
         let sensor = builder.sensor(&params);
         builder.read_parts(&params);
         builder.keep(params.finish());
@@ -85,20 +85,29 @@ impl<'d> Builder<'d> {
         }
     }
 
-    /// Notes what went wrong and goes on, so that all faults are reported together.
+    /// Notes what went wrong and goes on, so that all faults are reported together; those of an element that several
+    /// others refer to once.
     fn keep<T>(&mut self, result: Result<T, SceneError>) -> Option<T> {
-        result.map_err(|error| self.faults.extend(error.0)).ok()
+        let note = |error: SceneError| {
+            for fault in error.0 {
+                if !self.faults.contains(&fault) {
+                    self.faults.push(fault);
+                }
+            }
+        };
+        result.map_err(note).ok()
     }
 
     fn sensor(&mut self, params: &Params<'_>) -> Option<Sensor> {
         // As in Mitsuba, a scene may hold several, of which the first is used.
         let sensors = params.children(Category::Sensor);
-        let Some(&first) = sensors.first() else {
+        if sensors.is_empty() {
             let error = SceneError::at(&params.object().place, "the scene has no sensor");
             return self.keep(Err(error.hint("give it a <sensor type=\"perspective\"> with a film")));
-        };
+        }
         let document = self.document;
-        self.keep(Sensor::read(document, first))
+        let read: Vec<_> = sensors.into_iter().map(|id| self.keep(Sensor::read(document, id))).collect();
+        read.into_iter().next().flatten()
     }
 
     fn read_parts(&mut self, params: &Params<'_>) {
@@ -130,9 +139,14 @@ impl<'d> Builder<'d> {
     fn shape(&mut self, id: ObjectId) -> Result<(), SceneError> {
         let params = Shape::params(self.document, id)?;
         let shape = Shape::read_from(&params)?;
+        let bounds = shape.bounds();
+        if bounds.min.min_element() < -FARTHEST || bounds.max.max_element() > FARTHEST {
+            let error = SceneError::at(&params.object().place, "the shape reaches too far");
+            return Err(error.hint(format!("no coordinate may be beyond {FARTHEST:e}")));
+        }
         if shape.dropped() > 0 {
             let place = &self.document.object(id).place;
-            self.warnings.push(format!("{place}: {} triangles without area were left out", shape.dropped()));
+            self.warnings.push(format!("{place}: triangles without area are left out: {}", shape.dropped()));
         }
         let emitter = params.child(Category::Emitter)?;
         let bsdf = match params.child(Category::Bsdf)? {

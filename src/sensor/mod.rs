@@ -11,7 +11,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use crate::{
     film::{FilmPlugin, HdrFilm},
     math::Ray,
-    node::{Category, Kind, Param, Params, Range, SceneError, catalogue},
+    node::{Category, FARTHEST, Kind, Param, Params, Range, SceneError, catalogue},
     sampler::{Independent, Sampler},
 };
 
@@ -87,7 +87,7 @@ const FOV_AXIS: Param = Param::new(
     "x",
     "along which side of the film the field of view is measured",
 );
-const NEAR_CLIP: Param = Param::new("near_clip", Kind::Float, "0.01", "nothing nearer is seen, in depth").within(Range::POSITIVE);
+const NEAR_CLIP: Param = Param::new("near_clip", Kind::Float, "0.01", "nothing nearer is seen, in depth").within(Range::LENGTH);
 const FAR_CLIP: Param = Param::new("far_clip", Kind::Float, "10000", "nothing farther is seen, in depth").within(Range::POSITIVE);
 const TO_WORLD: Param =
     Param::optional("to_world", Kind::Transform, "the identity", "the camera's place; it looks along +z, +x being left");
@@ -168,6 +168,10 @@ fn parse_millimetres(params: &Params<'_>, text: &str) -> Result<f64, SceneError>
 
 /// A camera may be turned, moved and mirrored, not scaled: lengths are the world's.
 fn check_rigid(params: &Params<'_>, to_world: &DAffine3) -> Result<(), SceneError> {
+    if to_world.translation.abs().max_element() > FARTHEST {
+        let error = params.error(TO_WORLD.name, "the sensor is too far away");
+        return Err(error.hint(format!("no coordinate may be beyond {FARTHEST:e}")));
+    }
     let gram = to_world.matrix3.transpose() * to_world.matrix3;
     if gram.abs_diff_eq(glam::DMat3::IDENTITY, 1e-4) {
         return Ok(());

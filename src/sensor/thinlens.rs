@@ -20,8 +20,8 @@ impl Described for ThinLens {
         name: "thinlens",
         summary: "A camera with an ideal thin lens, for depth of field.",
         params: &[
-            Param::required("aperture_radius", Kind::Float, "the radius of the lens").within(Range::POSITIVE),
-            Param::optional("focus_distance", Kind::Float, "far_clip", "the depth of the plane that is sharp").within(Range::POSITIVE),
+            Param::required("aperture_radius", Kind::Float, "the radius of the lens").within(Range::LENGTH),
+            Param::optional("focus_distance", Kind::Float, "far_clip", "the depth of the plane that is sharp").within(Range::LENGTH),
             FOV,
             FOCAL_LENGTH,
             FOV_AXIS,

@@ -23,13 +23,16 @@ pub(super) struct ComplexIndex {
     k: Rgb,
 }
 
+/// Metals lie below 100; the fourth powers in the Fresnel equations must stay finite.
+const INDEX: Range = Range { min: 0.0, max: 1e6, open: false };
+
 /// The parameters of [`ComplexIndex::read`].
 pub(super) const MATERIAL: Param =
     Param::new("material", Kind::String, "none", "a name (Au, Ag, Al, Cu, ...), or none: a perfect mirror");
 pub(super) const ETA: Param = Param::optional("eta", Kind::Rgb, "taken from the material", "the real part of the index, linear RGB")
-    .within(Range::NON_NEGATIVE);
+    .within(INDEX);
 pub(super) const K: Param = Param::optional("k", Kind::Rgb, "taken from the material", "the imaginary part, linear RGB")
-    .within(Range::NON_NEGATIVE);
+    .within(INDEX);
 pub(super) const SPECULAR_REFLECTANCE: Param =
     Param::new("specular_reflectance", Kind::Texture, "1", "scales what is reflected; not physical").within(Range::UNIT);
 
