@@ -16,12 +16,13 @@ use crate::{
     node::{SceneError, xml},
     provenance,
     render::{Pass, Renderer},
+    shape,
     stats::{Outcome, Verdict, binomial},
 };
 
 /// Every law, list by list.
 pub fn laws() -> impl Iterator<Item = &'static Law> {
-    [bsdf::laws::LAWS].into_iter().flatten()
+    [shape::laws::LAWS, bsdf::laws::LAWS].into_iter().flatten()
 }
 
 /// One line of the table: a claim about a subject, the number that was found, and whether it bears the claim out.

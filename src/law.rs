@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::stats::multiple::sidak_level;
+use crate::stats::{Estimate, Moments, Welch, multiple::sidak_level};
 
 /// A claim with the function that checks it.
 #[derive(Clone, Copy, Debug)]
@@ -85,6 +85,35 @@ impl Finding {
     pub fn test(subject: impl Into<String>, statistic: impl Into<String>, p: f64) -> Self {
         Self { subject: subject.into(), measured: Measured::Test { statistic: statistic.into(), p } }
     }
+
+    /// A test of whether samples have a mean that is known exactly.
+    pub fn mean(subject: impl Into<String>, samples: &Moments, expected: f64) -> Self {
+        let test = Welch::test(&estimate(samples), &Estimate::exact(expected));
+        let statistic = format!("{:.6} ± {:.1e}, expected {expected:.6}, t = {:.2}", samples.mean, test.std_error, test.t);
+        Self::test(subject, statistic, test.p)
+    }
+
+    /// A test of whether two lots of samples have the same mean.
+    pub fn equal_means(subject: impl Into<String>, one: &Moments, other: &Moments) -> Self {
+        let test = Welch::test(&estimate(one), &estimate(other));
+        let statistic = format!("{:.6} and {:.6}, ± {:.1e}, t = {:.2}", one.mean, other.mean, test.std_error, test.t);
+        Self::test(subject, statistic, test.p)
+    }
+}
+
+fn estimate(samples: &Moments) -> Estimate {
+    Estimate::from_moments(samples).expect("a law takes two samples or more")
+}
+
+/// The worst of the errors that are noted for each subject; NaN is worse than any number.
+pub fn worst(bound: f64, collect: impl FnOnce(&mut dyn FnMut(&str, f64))) -> Vec<Finding> {
+    let mut worst: Vec<(String, f64)> = Vec::new();
+    collect(&mut |subject, error| match worst.iter_mut().find(|(known, _)| known == subject) {
+        Some((_, so_far)) if so_far.is_nan() || error <= *so_far => {}
+        Some((_, so_far)) => *so_far = error,
+        None => worst.push((subject.to_owned(), error)),
+    });
+    worst.into_iter().map(|(subject, error)| Finding::error(subject, error, bound)).collect()
 }
 
 /// The chance that any of all tests of one run fails although every claim holds.
