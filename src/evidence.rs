@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     bsdf,
     comparison::{self, Comparison, ComparisonError, Reference, ReferenceError, Side},
-    integrator::Overrides,
+    integrator::{self, Overrides},
     law::{Effort, Finding, Law, Measured, judge, level_of_each},
     node::{SceneError, xml},
     provenance,
@@ -22,7 +22,7 @@ use crate::{
 
 /// Every law, list by list.
 pub fn laws() -> impl Iterator<Item = &'static Law> {
-    [shape::laws::LAWS, bsdf::laws::LAWS].into_iter().flatten()
+    [shape::laws::LAWS, bsdf::laws::LAWS, integrator::laws::LAWS].into_iter().flatten()
 }
 
 /// One line of the table: a claim about a subject, the number that was found, and whether it bears the claim out.
