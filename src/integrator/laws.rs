@@ -355,7 +355,13 @@ fn sky(radiance: Rgb) -> String {
 }
 
 fn white_sky(effort: Effort) -> Vec<Finding> {
-    let scene = sky(RADIANCE) + &patch(DVec3::ZERO, DVec3::Z, ALBEDO);
+    // The albedo as a texture of one colour.
+    let texture = format!(
+        r#"<texture type="rawconstant" name="reflectance"><rgb name="value" value="{}"/></texture>"#,
+        triple(ALBEDO)
+    );
+    let plane = format!(r#"<shape type="rectangle"><bsdf type="diffuse">{texture}</bsdf></shape>"#);
+    let scene = sky(RADIANCE) + &plane;
     let mut findings = Vec::new();
     for (way, integrator) in [("lights", direct(1, 0)), ("bsdf", direct(0, 1)), ("path", path(-1, 5))] {
         let setup = Setup::new(&integrator, &scene);
@@ -365,7 +371,7 @@ fn white_sky(effort: Effort) -> Vec<Finding> {
             "bsdf" => setup.compare("by bsdf", ray, ALBEDO * RADIANCE),
             _ => setup.test(&format!("by {way}"), ray, effort.samples(20_000), ALBEDO * RADIANCE),
         });
-        findings.extend(setup.compare(&format!("the sky, by {way}"), (DVec3::X, DVec3::Z), RADIANCE));
+        findings.extend(setup.compare(&format!("the sky, by {way}"), (DVec3::Z, DVec3::new(0.2, 0.3, 0.5)), RADIANCE));
     }
     findings
 }

@@ -4,6 +4,7 @@
 //! the samples of one pass evenly and makes passes independent of one another.
 
 mod independent;
+pub mod laws;
 mod low_discrepancy;
 mod stratified;
 
