@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::{Bsdf, Lobe, Model as _, Query, Transport, fresnel};
 use crate::{
-    law::{Effort, Finding, Law},
+    law::{Effort, Finding, Law, worst},
     math::{Rgb, rng::Stream, warp},
     node::xml,
     stats::Chi2,
@@ -164,16 +164,6 @@ fn for_samples(mut visit: impl FnMut(&str, &Bsdf, &Query, &super::Sample)) {
             }
         }
     }
-}
-
-/// The worst of some errors, by example.
-fn worst(bound: f64, collect: impl FnOnce(&mut dyn FnMut(&str, f64))) -> Vec<Finding> {
-    let mut worst: Vec<(String, f64)> = Vec::new();
-    collect(&mut |name, error| match worst.iter_mut().find(|(known, _)| known == name) {
-        Some((_, so_far)) => *so_far = if error.is_nan() { error } else { so_far.max(error) },
-        None => worst.push((name.to_owned(), error)),
-    });
-    worst.into_iter().map(|(name, error)| Finding::error(name, error, bound)).collect()
 }
 
 fn unit_length(_: Effort) -> Vec<Finding> {

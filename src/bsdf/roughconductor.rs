@@ -50,7 +50,7 @@ impl Described for RoughConductor {
             r#"<bsdf type="roughconductor"><string name="distribution" value="ggx"/><float name="alpha" value="0.4"/>
                 <boolean name="sample_visible" value="false"/></bsdf>"#,
         ],
-        evidence: &["bsdf/rough-albedo"],
+        evidence: &["bsdf/rough-albedo", "radiometry/direct-strategies"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

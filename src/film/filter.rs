@@ -46,7 +46,7 @@ impl Described for Box {
         summary: "The mean over the pixel's square; right for comparisons.",
         params: &[],
         examples: &[r#"<rfilter type="box"/>"#],
-        evidence: &["film/filter"],
+        evidence: &["film/filter", "film/footprint"],
     };
 
     fn read(_params: &Params<'_>) -> Result<Self, SceneError> {
@@ -77,7 +77,7 @@ impl Described for Gaussian {
         summary: "A Gaussian bell of four standard deviations; the default.",
         params: &[Param::new("stddev", Kind::Float, "0.5", "the standard deviation in pixels").within(Range::POSITIVE)],
         examples: &[r#"<rfilter type="gaussian"/>"#, r#"<rfilter type="gaussian"><float name="stddev" value="0.8"/></rfilter>"#],
-        evidence: &["film/filter"],
+        evidence: &["film/filter", "film/footprint"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
@@ -115,7 +115,7 @@ impl Described for Tent {
         summary: "A triangle.",
         params: &[Param::new("radius", Kind::Float, "1", "where it ends, in pixels").within(Range::POSITIVE)],
         examples: &[r#"<rfilter type="tent"/>"#],
-        evidence: &["film/filter"],
+        evidence: &["film/filter", "film/footprint"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

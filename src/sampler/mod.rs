@@ -4,6 +4,7 @@
 //! the samples of one pass evenly and makes passes independent of one another.
 
 mod independent;
+pub mod laws;
 mod low_discrepancy;
 mod stratified;
 
@@ -163,7 +164,9 @@ mod tests {
     fn draws(sampler: &Sampler, pixel: u64, samples: u32, dimension: usize) -> Vec<DVec2> {
         let path = |sample| {
             let mut numbers = sampler.numbers(&Address { seed: 3, pass: 0, pixel, sample, samples });
-            (0..dimension).for_each(|_| drop(numbers.next_2d()));
+            for _ in 0..dimension {
+                numbers.next_2d();
+            }
             numbers.next_2d()
         };
         (0..samples).map(path).collect()
