@@ -220,7 +220,7 @@ fn stem(scene: &Path) -> String {
 
 /// Samples per pixel of a pass, and passes to begin with.
 const SAMPLES: u32 = 32;
-const PASSES: u64 = 16;
+const PASSES: u64 = 32;
 /// A scene that needs more is declared undecided.
 const MOST_PASSES: u64 = 256;
 /// The seed of all comparisons. It is fixed, so that a failure can be looked into.

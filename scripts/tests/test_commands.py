@@ -71,6 +71,11 @@ def test_the_sampler_is_always_independent(tiny: Path, renderer: ref.Renderer) -
         assert np.array_equal(first, ref.render_batches(renderer, tiny, 5, 2).images)
 
 
+def test_llvm_is_used_where_there_is_one(renderer: ref.Renderer) -> None:
+    assert renderer.variant == ("llvm_ad_rgb" if ref.newest_llvm() else "scalar_rgb")
+    assert (renderer.llvm == "none") == (ref.newest_llvm() is None)
+
+
 def test_parameters_reach_mitsuba(tiny: Path, renderer: ref.Renderer) -> None:
     bright, dark = (ref.render_batches(renderer, tiny, 4, 2, {"lit": lit}).images.mean() for lit in ("0.9", "0.1"))
     assert bright > dark
@@ -81,6 +86,7 @@ def test_parameters_reach_mitsuba(tiny: Path, renderer: ref.Renderer) -> None:
     [
         ('value="24"', 'value="20"', "20 x 16: both must be multiples of 8"),
         ('type="sphere"', 'type="spher"', 'Plugin "spher" not found'),
+        ('type="sphere">', 'type="sphere"><float name="radiu" value="2"/>', r'Found 1 unreferenced .* - float "radiu": 2'),
         ("</scene>", "", "not well-formed"),
     ],
 )

@@ -204,7 +204,7 @@ impl Side {
 pub fn with_reference(test: &Side, reference: &Reference) -> Result<Comparison, ComparisonError> {
     test.check_size((reference.width, reference.height))?;
     let tiles = test.tiles(&reference.stochastic)?;
-    let exact = deterministic(&test.pixels, &reference.pixels, &reference.stochastic);
+    let exact = deterministic(&test.pixels, &reference.pixels, &reference.exact, reference.provenance.exact_tolerance);
     let judge = |tiles: TiledMeans| Verdict::compare(&tiles, &reference.tiles, exact, &VerdictConfig::default());
     let verdict = tiles.map(judge).transpose()?;
     Ok(Comparison { verdict, metrics: Metrics::new(&test.pixels, &reference.pixels), spp: test.spp })
@@ -220,7 +220,8 @@ pub fn with_image(test: &Side, reference: &Side) -> Result<Comparison, Compariso
     let mask: Vec<bool> = (0..test.pixels.len()).map(|p| test.is_noisy(p) || reference.is_noisy(p)).collect();
     let verdict = match (test.tiles(&mask)?, reference.tiles(&mask)?) {
         (Some(ours), Some(theirs)) => {
-            let exact = deterministic(&test.pixels, &reference.pixels, &mask);
+            let still: Vec<bool> = mask.iter().map(|noisy| !noisy).collect();
+            let exact = deterministic(&test.pixels, &reference.pixels, &still, DeterministicCheck::TOLERANCE);
             Some(Verdict::compare(&ours, &theirs, exact, &VerdictConfig::default())?)
         }
         _ => None,
@@ -238,11 +239,16 @@ impl Side {
     }
 }
 
-/// The pixels outside of a mask, to a tolerance.
-fn deterministic(ours: &[[f64; 3]], reference: &[[f64; 3]], mask: &[bool]) -> Option<DeterministicCheck> {
+/// The pixels of a mask, to a tolerance.
+fn deterministic(
+    ours: &[[f64; 3]],
+    reference: &[[f64; 3]],
+    mask: &[bool],
+    tolerance: f64,
+) -> Option<DeterministicCheck> {
     let exact = |pixels: &[[f64; 3]]| -> Vec<f64> {
-        pixels.iter().zip(mask).filter(|(_, noisy)| !**noisy).flat_map(|(pixel, _)| *pixel).collect()
+        pixels.iter().zip(mask).filter(|(_, exact)| **exact).flat_map(|(pixel, _)| *pixel).collect()
     };
     let (ours, reference) = (exact(ours), exact(reference));
-    (!ours.is_empty()).then(|| DeterministicCheck::compare(&ours, &reference))
+    (!ours.is_empty()).then(|| DeterministicCheck::compare(&ours, &reference, tolerance))
 }

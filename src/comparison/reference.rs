@@ -23,13 +23,20 @@ pub struct Reference {
     pub height: usize,
     /// The mean of all batches, row by row.
     pub pixels: Vec<[f64; 3]>,
-    /// Which pixels have noise; the others are known exactly.
+    /// Which pixels have noise and lie in a tile where at least [`FEWEST`] have.
     pub stochastic: Vec<bool>,
+    /// Which pixels are known exactly. Those that are neither have noise almost alone in their tile: its mean rests on
+    /// events as rare as an edge that one sample in a thousand meets, too skewed for a t test. The rule knows
+    /// nothing of the image that is judged.
+    pub exact: Vec<bool>,
     /// The means of the stochastic pixels of every tile, with their scatter between batches.
     pub tiles: TiledMeans,
     /// How it was made.
     pub provenance: Provenance,
 }
+
+/// The fewest noisy pixels of a tile that is tested, a quarter of all.
+pub const FEWEST: u32 = (TILE * TILE / 4) as u32;
 
 /// How a reference was made: its `PROVENANCE.toml`.
 #[derive(Clone, Debug, Deserialize)]
@@ -44,6 +51,9 @@ pub struct Provenance {
     pub spp_per_batch: u64,
     /// How many batches.
     pub batches: u64,
+    /// The largest relative difference allowed where the reference has no noise: 1e-4, unless the renderer is known to
+    /// be less exact there.
+    pub exact_tolerance: f64,
     /// The command that makes it again.
     pub command: String,
     /// The SHA-256 of every file the scene read, by its path from the scene's folder.
@@ -96,18 +106,21 @@ impl Reference {
         let broken = |what: &str| ReferenceError::Broken { file: path.clone(), what: what.to_owned() };
         let pixels = image.rgb(["R", "G", "B"]).ok_or_else(|| broken("has no channels R, G and B"))?;
         let exact = image.channel("deterministic").ok_or_else(|| broken("has no channel \"deterministic\""))?;
-        let stochastic: Vec<bool> = exact.iter().map(|&flag| flag < 0.5).collect();
+        let exact: Vec<bool> = exact.iter().map(|&flag| flag >= 0.5).collect();
         let tiling = Tiling { width: image.crop.width as usize, height: image.crop.height as usize, size: TILE };
         let batches = load_batches(&folder.join("tiles.npy"), &tiling)?;
+        let fault = |what| ReferenceError::Tiles { folder: folder.to_owned(), what };
+        let stochastic = well_filled(&tiling, &exact).map_err(fault)?;
         let tiles = tiling
             .counts(&stochastic)
             .and_then(|counts| TiledMeans::from_batches(tiling.columns(), tiling.rows(), &batches, &counts))
-            .map_err(|what| ReferenceError::Tiles { folder: folder.to_owned(), what })?;
+            .map_err(fault)?;
         Ok(Self {
             width: tiling.width,
             height: tiling.height,
             pixels: pixels.into_iter().map(|p| p.map(f64::from)).collect(),
             stochastic,
+            exact,
             tiles,
             provenance,
         })
@@ -131,6 +144,13 @@ impl Reference {
         }
         Ok(())
     }
+}
+
+/// The noisy pixels of tiles that hold enough of them.
+fn well_filled(tiling: &Tiling, exact: &[bool]) -> Result<Vec<bool>, TilesError> {
+    let noisy: Vec<bool> = exact.iter().map(|exact| !exact).collect();
+    let counts = tiling.counts(&noisy)?;
+    Ok((0..noisy.len()).map(|pixel| noisy[pixel] && counts[tiling.tile_of(pixel)] >= FEWEST).collect())
 }
 
 fn load_provenance(folder: &Path) -> Result<Provenance, ReferenceError> {

@@ -347,7 +347,7 @@ pub struct DeterministicCheck {
 }
 
 impl DeterministicCheck {
-    /// A relative 1e-4: f32 films and different orders of evaluation pass, a wrong emitter does not.
+    /// The usual tolerance, a relative 1e-4: f32 films and different orders of evaluation pass, a wrong emitter does not.
     pub const TOLERANCE: f64 = 1e-4;
     /// Values below this part of the largest one in either image are compared as if they were that large, so
     /// that the dust in a black pixel is not divided by 0.
@@ -359,7 +359,7 @@ impl DeterministicCheck {
     /// # Panics
     /// If the lengths differ.
     #[must_use]
-    pub fn compare(ours: &[f64], reference: &[f64]) -> Self {
+    pub fn compare(ours: &[f64], reference: &[f64], tolerance: f64) -> Self {
         assert_eq!(ours.len(), reference.len(), "values are compared pairwise");
         let largest = ours.iter().chain(reference).map(|x| x.abs()).fold(f64::MIN_POSITIVE, f64::max);
         let floor = Self::FLOOR * largest;
@@ -371,8 +371,8 @@ impl DeterministicCheck {
         Self {
             compared: ours.len(),
             worst_relative,
-            tolerance: Self::TOLERANCE,
-            passed: worst_relative <= Self::TOLERANCE,
+            tolerance,
+            passed: worst_relative <= tolerance,
         }
     }
 }
@@ -630,7 +630,7 @@ mod tests {
         let error = refused(&wider, &reference).to_string();
         assert_eq!(error, "our image has (2, 1) tiles (columns, rows), the reference has (1, 1)");
         // Deterministic pixels alone are a comparison.
-        let check = Some(DeterministicCheck::compare(&[1.0], &[1.0]));
+        let check = Some(DeterministicCheck::compare(&[1.0], &[1.0], DeterministicCheck::TOLERANCE));
         let verdict = Verdict::compare(&masked, &masked, check, &VerdictConfig::default()).unwrap();
         assert_eq!(verdict.outcome, Outcome::Agrees);
     }

@@ -13,15 +13,15 @@ use crate::math::Aabb;
 /// Bins along each axis.
 const BINS: usize = 16;
 
-/// What it costs to test the primitives of a block, in tests of the boxes of a node.
-const COST_OF_BLOCK: f32 = 1.0;
-
 /// Ranges above this size are built by several threads.
 const PARALLEL: usize = 8192;
 
 /// Bounds of a lesser magnitude are rounded out to this one or to zero: subnormal numbers, which they or their
 /// products would be, halve the speed of traversal.
 const TINIEST: f32 = 1e-30;
+
+/// Coordinates beyond this one count as infinite.
+const FAR: f32 = 1e37;
 
 /// Builds the hierarchy over the boxes that are not empty.
 pub(super) fn build(bounds: impl Iterator<Item = Aabb>, block: usize) -> Bvh {
@@ -35,7 +35,7 @@ pub(super) fn build(bounds: impl Iterator<Item = Aabb>, block: usize) -> Bvh {
         }
         whole = whole.union(bounds);
         for x in bounds.min.to_array().into_iter().chain(bounds.max.to_array()) {
-            magnitude = magnitude.max(if x.is_finite() { x.abs() } else { 0.0 });
+            magnitude = magnitude.max(if x.abs() < f64::from(FAR) { x.abs() } else { 0.0 });
         }
         items.push(Item { bounds: Bounds::around(&bounds), index: index as u32 });
     }
@@ -45,7 +45,7 @@ pub(super) fn build(bounds: impl Iterator<Item = Aabb>, block: usize) -> Bvh {
     }
     let mut binary = vec![];
     grow(&mut binary, &mut items, Range { first: 0, block, levels: MAX_LEVELS });
-    let mut tree = Tree { costs: costs(&binary, block), binary, nodes: vec![], blocks: vec![] };
+    let mut tree = Tree { costs: costs(&binary), binary, nodes: vec![], blocks: vec![] };
     tree.add_node(0);
     let (order, starts) = order(&tree.blocks, &items);
     Bvh { nodes: tree.nodes, order, starts, bounds: whole, magnitude }
@@ -95,7 +95,6 @@ impl Bounds {
     /// Twice the centre; finite even for infinite boxes.
     #[inline]
     fn centre2(&self) -> [f32; 4] {
-        const FAR: f32 = 1e37;
         let (min, max) = (more(self.min, [-FAR; 4]), less(self.max, [FAR; 4]));
         std::array::from_fn(|i| min[i] + max[i])
     }
@@ -186,10 +185,10 @@ fn grow(tree: &mut Vec<Binary>, items: &mut [Item], range: Range) {
 /// For each node of a binary tree the least cost of what is below it, if at most `1..=8` children of a wide node are to
 /// hold it.
 ///
-/// A child costs what it takes, times the chance that a ray which enters the root enters it: the tests of a block, or
-/// of a node and of what up to eight children hold. (The dynamic programme of Ylitie, Karras & Laine 2017, "Efficient
-/// incoherent ray traversal on GPUs through compressed wide BVHs", section 3.1.)
-fn costs(tree: &[Binary], block: usize) -> Vec<[f32; WIDTH]> {
+/// A wide node costs the chance that a ray which enters the root enters it; blocks cost the same wherever they hang, and
+/// so nothing here. (The dynamic programme of Ylitie, Karras & Laine 2017, "Efficient incoherent ray traversal on GPUs
+/// through compressed wide BVHs", section 3.1.)
+fn costs(tree: &[Binary]) -> Vec<[f32; WIDTH]> {
     let whole = tree[0].bounds.half_area();
     let mut costs = vec![[0.0; WIDTH]; tree.len()];
     for at in (0..tree.len()).rev() {
@@ -197,7 +196,7 @@ fn costs(tree: &[Binary], block: usize) -> Vec<[f32; WIDTH]> {
         // All areas may be zero or infinite.
         let chance = if chance <= 1.0 { chance as f32 } else { 1.0 };
         costs[at] = match tree[at].second as usize {
-            0 => [chance * (tree[at].count as usize).div_ceil(block) as f32 * COST_OF_BLOCK; WIDTH],
+            0 => [0.0; WIDTH],
             second => {
                 let (left, right) = (&costs[at + 1], &costs[at + second]);
                 let mut own = [f32::INFINITY; WIDTH];
@@ -300,8 +299,10 @@ impl Node {
         let mut node = Self {
             planes: [[Lanes([f32::INFINITY; WIDTH]), Lanes([f32::NEG_INFINITY; WIDTH])]; 3],
             children: Default::default(),
+            present: 0,
         };
         for (slot, bounds) in bounds.enumerate() {
+            node.present |= 1 << slot;
             for (axis, planes) in node.planes.iter_mut().enumerate() {
                 planes[0].0[slot] = bounds.min[axis];
                 planes[1].0[slot] = bounds.max[axis];

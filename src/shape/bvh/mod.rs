@@ -2,13 +2,13 @@
 //! triangles of a mesh.
 //!
 //! **Structure.** Binned surface-area heuristic (Wald 2007, "On fast construction of SAH-based bounding volume
-//! hierarchies"), the binary splits gathered eight to a node by opening the widest range first. A leaf is a *block*: a
-//! slice of at most `block` primitives that the caller tests in one go. Boxes are `f32`, rounded outwards.
+//! hierarchies"), the binary splits gathered eight to a node at the least cost (Ylitie, Karras & Laine 2017). A leaf is
+//! a *block*: a slice of at most `block` primitives that the caller tests in one go. Boxes are `f32`, rounded outwards.
 //!
 //! **Promise.** No primitive is passed over whose hit the caller's `f64` test would report, as long as the point of the
-//! hit lies within [`SLACK`] `* (M + |o|)` of the primitive's box, `M` being the greatest finite coordinate of any box
-//! and `o` the origin of the ray, both in the maximum norm. How the `f32` slab test keeps that promise is derived at
-//! `Slabs`.
+//! hit lies within [`SLACK`] `* (M + |o|)` of the primitive's box, `M` being the greatest coordinate of any box and `o`
+//! the origin of the ray, both in the maximum norm. How the `f32` slab test keeps that promise is derived at `Slabs`.
+//! Coordinates beyond `1e37` count as infinite; the origin must not be there.
 //!
 //! **Determinism.** The tree depends on the boxes alone, not on the number of threads that built it. Traversal visits
 //! the same blocks in the same order with and without AVX2, because both kernels round alike (no fused multiply-add).
@@ -38,9 +38,11 @@ struct Lanes([f32; WIDTH]);
 #[derive(Clone, Debug, PartialEq)]
 #[repr(C, align(64))]
 struct Node {
-    /// `planes[axis][0]` are the lower, `planes[axis][1]` the upper bounds; an absent child has `+inf` and `-inf`.
+    /// `planes[axis][0]` are the lower, `planes[axis][1]` the upper bounds.
     planes: [[Lanes; 2]; 3],
     children: [Child; WIDTH],
+    /// The set of children that there are, as bits.
+    present: u32,
 }
 
 /// A node (its index) or, with the topmost bit set, a block (its index).
@@ -75,7 +77,7 @@ pub struct Bvh {
     /// Where each block begins in `order`, and the end of the last.
     starts: Vec<u32>,
     bounds: Aabb,
-    /// The greatest finite coordinate of any box.
+    /// The greatest coordinate of any box, not counting infinite ones.
     magnitude: f64,
 }
 

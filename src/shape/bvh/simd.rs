@@ -36,8 +36,8 @@ pub(super) mod avx2 {
     use super::super::{Bvh, Lanes, Node, WIDTH};
     use crate::math::Ray;
 
-    /// Eight boxes in one register. Who holds a value of this type runs on a processor with AVX2, and with the BMI1 and POPCNT
-    /// that came before it.
+    /// Eight boxes in one register. Who holds a value of this type runs on a processor with AVX2, and with the BMI1
+    /// and POPCNT that came before it.
     #[derive(Clone, Copy)]
     pub(in super::super) struct Avx2(());
 
@@ -109,6 +109,6 @@ pub(super) mod avx2 {
         let mut lanes = Lanes([0.0; WIDTH]);
         // SAFETY: `Lanes` are eight `f32`, aligned to 32 bytes.
         unsafe { _mm256_store_ps(lanes.0.as_mut_ptr(), entry) };
-        (lanes, met)
+        (lanes, met & node.present)
     }
 }

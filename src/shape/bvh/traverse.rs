@@ -17,9 +17,9 @@ const ROUNDOFF: f64 = 1.0 / (1 << 24) as f64;
 /// 1. *Scale.* The direction is divided by the power of two that brings its greatest component into `[1, 2)`, and
 ///    parameters are multiplied by it: exact, and the scaled parameter is a distance in the scene, whatever the length
 ///    of the direction.
-/// 2. *Origin.* With direction `d > 0` on an axis, the box is entered at `(min - o) / d` and left at `(max - o) / d`. The
-///    first is taken with `o` moved up, the second with `o` moved down, by the slack and what the rounding to `f32` may
-///    take from it: the interval can only grow. For `d < 0` likewise with the planes exchanged.
+/// 2. *Origin.* With direction `d > 0` on an axis, the box is entered at `(min - o) / d` and left at `(max - o) / d`.
+///    The first is taken with `o` moved up, the second with `o` moved down, by the slack and what the rounding to `f32`
+///    may take from it: the interval can only grow. For `d < 0` likewise with the planes exchanged.
 /// 3. *Arithmetic.* `(b - o) * (1/d)` has three roundings of at most `u = 2^-24` each: that of the difference, the
 ///    product and of `1/d`. So entry and exit carry relative errors below `3.01 u`, and an interval that is not empty
 ///    fulfils `entry <= exit + 6.1 u |exit|`. As far as `exit >= 0` it is enough to take `1/d` greater by `8 u` for the
@@ -131,7 +131,7 @@ impl Kernel for Portable {
         for i in 0..WIDTH {
             met |= u32::from(entry[i] <= exit[i]) << i;
         }
-        (Lanes(entry), met)
+        (Lanes(entry), met & node.present)
     }
 }
 
