@@ -60,7 +60,8 @@ LLVM_FOLDERS = (
     "/usr/lib",
     "/opt/homebrew/opt/llvm*/lib",
 )
-OLDEST_LLVM = 15
+# LLVM 14, 15 and 16 abort in their instruction selection; 19 and 22 work; those between were not at hand.
+OLDEST_LLVM = 19
 
 Params = Mapping[str, str]
 
@@ -88,7 +89,7 @@ def llvm_version(path: Path) -> tuple[int, ...]:
 
 
 def newest_llvm(folders: Sequence[str] = LLVM_FOLDERS) -> Path | None:
-    """The newest libLLVM that Mitsuba can use, or None. LLVM 14 aborts inside its instruction selection."""
+    """The newest libLLVM that Mitsuba can use, or None."""
     found = []
     for pattern in folders:
         for path in Path("/").glob(f"{pattern.lstrip('/')}/libLLVM*"):
@@ -277,7 +278,15 @@ def load_scene(renderer: Renderer, scene: Path, params: Params | None = None) ->
                 del node.props[name]
             node.props.set_plugin_name("independent")
     mi.parser.transform_all(config, state)
-    return mi.parser.instantiate(config, state)
+    # Meshes and textures are looked for beside the scene, as mi.load_file does.
+    usual = mi.file_resolver()
+    beside = mi.FileResolver(usual)
+    beside.prepend(str(scene.parent))
+    mi.set_file_resolver(beside)
+    try:
+        return mi.parser.instantiate(config, state)
+    finally:
+        mi.set_file_resolver(usual)
 
 
 def _render(renderer: Renderer, loaded: Any, samples: int, seed: int) -> NDArray[np.float32]:

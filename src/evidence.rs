@@ -11,17 +11,29 @@ use serde::{Deserialize, Serialize};
 use crate::{
     bsdf,
     comparison::{self, Comparison, ComparisonError, Reference, ReferenceError, Side},
-    integrator::Overrides,
+    film,
+    integrator::{self, Overrides},
     law::{Effort, Finding, Law, Measured, judge, level_of_each},
     node::{SceneError, xml},
     provenance,
-    render::{Pass, Renderer},
+    render::{self, Pass, Renderer},
+    sampler, sensor, shape,
     stats::{Outcome, Verdict, binomial},
 };
 
 /// Every law, list by list.
 pub fn laws() -> impl Iterator<Item = &'static Law> {
-    [bsdf::laws::LAWS].into_iter().flatten()
+    let lists = [
+        shape::laws::LAWS,
+        shape::mesh::laws::LAWS,
+        bsdf::laws::LAWS,
+        sampler::laws::LAWS,
+        film::laws::LAWS,
+        sensor::laws::LAWS,
+        integrator::laws::LAWS,
+        render::laws::LAWS,
+    ];
+    lists.into_iter().flatten()
 }
 
 /// One line of the table: a claim about a subject, the number that was found, and whether it bears the claim out.
@@ -284,4 +296,36 @@ fn calibrate(root: &Path, effort: Effort) -> Result<Vec<Finding>, EvidenceError>
         findings.push(Finding::test(scene, format!("{rejected} of {comparisons} rejected"), p));
     }
     Ok(findings)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalogue;
+
+    #[test]
+    fn every_plugin_names_evidence_that_exists() {
+        let scenes = scenes(Path::new(env!("CARGO_MANIFEST_DIR"))).expect("the scenes are there");
+        let known: Vec<String> = laws()
+            .map(|law| law.name.to_owned())
+            .chain(scenes.iter().map(|scene| format!("reference/{}", stem(scene))))
+            .collect();
+        for plugin in catalogue::plugins() {
+            assert!(!plugin.evidence.is_empty(), "{} \"{}\" has no evidence", plugin.category, plugin.name);
+            for name in plugin.evidence {
+                let pattern = Pattern::new(name).expect("a name or a glob");
+                let exists = known.iter().any(|known| pattern.matches(known));
+                assert!(exists, "{} \"{}\": no row is called {name}", plugin.category, plugin.name);
+            }
+        }
+    }
+
+    #[test]
+    fn laws_have_names_of_their_own() {
+        let mut names: Vec<_> = laws().map(|law| law.name).collect();
+        let count = names.len();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), count);
+    }
 }

@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::stats::multiple::sidak_level;
+use crate::stats::{Estimate, Moments, Welch, multiple::sidak_level};
 
 /// A claim with the function that checks it.
 #[derive(Clone, Copy, Debug)]
@@ -85,6 +85,50 @@ impl Finding {
     pub fn test(subject: impl Into<String>, statistic: impl Into<String>, p: f64) -> Self {
         Self { subject: subject.into(), measured: Measured::Test { statistic: statistic.into(), p } }
     }
+
+    /// A test of whether samples have a mean that is known exactly; a comparison if they do not scatter.
+    pub fn mean(subject: impl Into<String>, samples: &Moments, expected: f64) -> Self {
+        if is_constant(samples) {
+            return Self::value(subject, samples.mean, expected, ROUNDING * expected.abs());
+        }
+        let test = Welch::test(&estimate(samples), &Estimate::exact(expected));
+        let statistic =
+            format!("{:.6} ± {:.1e}, expected {expected:.6}, t = {:.2}", samples.mean, test.std_error, test.t);
+        Self::test(subject, statistic, test.p)
+    }
+
+    /// A test of whether two lots of samples have the same mean.
+    pub fn equal_means(subject: impl Into<String>, one: &Moments, other: &Moments) -> Self {
+        if is_constant(one) && is_constant(other) {
+            return Self::mean(subject, one, other.mean);
+        }
+        let test = Welch::test(&estimate(one), &estimate(other));
+        let statistic = format!("{:.6} and {:.6}, ± {:.1e}, t = {:.2}", one.mean, other.mean, test.std_error, test.t);
+        Self::test(subject, statistic, test.p)
+    }
+}
+
+/// What rounding may take from a number that is computed in a few hundred steps.
+const ROUNDING: f64 = 1e-12;
+
+/// Whether samples scatter no more than by rounding, where a test would take that for their standard error.
+fn is_constant(samples: &Moments) -> bool {
+    samples.m2 <= samples.n as f64 * (ROUNDING * samples.mean).powi(2)
+}
+
+fn estimate(samples: &Moments) -> Estimate {
+    Estimate::from_moments(samples).expect("a law takes two samples or more")
+}
+
+/// The worst of the errors that are noted for each subject; NaN is worse than any number.
+pub fn worst(bound: f64, collect: impl FnOnce(&mut dyn FnMut(&str, f64))) -> Vec<Finding> {
+    let mut worst: Vec<(String, f64)> = Vec::new();
+    collect(&mut |subject, error| match worst.iter_mut().find(|(known, _)| known == subject) {
+        Some((_, so_far)) if so_far.is_nan() || error <= *so_far => {}
+        Some((_, so_far)) => *so_far = error,
+        None => worst.push((subject.to_owned(), error)),
+    });
+    worst.into_iter().map(|(subject, error)| Finding::error(subject, error, bound)).collect()
 }
 
 /// The chance that any of all tests of one run fails although every claim holds.
@@ -108,7 +152,8 @@ pub fn judge(finding: &Finding, level: f64) -> bool {
 /// Runs laws and lists what fails, one line each; the tests of all of them share the level.
 #[must_use]
 pub fn failures(laws: &[Law], effort: Effort) -> Vec<String> {
-    let findings: Vec<_> = laws.iter().flat_map(|law| (law.check)(effort).into_iter().map(move |f| (law.name, f))).collect();
+    let findings: Vec<_> =
+        laws.iter().flat_map(|law| (law.check)(effort).into_iter().map(move |f| (law.name, f))).collect();
     let tests = findings.iter().filter(|(_, f)| matches!(f.measured, Measured::Test { .. })).count();
     let level = level_of_each(tests);
     let failed = findings.iter().filter(|(_, finding)| !judge(finding, level));

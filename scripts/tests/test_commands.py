@@ -145,3 +145,20 @@ def test_compare_live_passes_the_verdict_on(tiny: Path, stub: Path, tmp_path: Pa
     ]
     assert ref.stale_reasons(tiny, out) == []
     assert tomllib.loads((out / "PROVENANCE.toml").read_text())["parameters"] == {"lit": "0.6"}
+
+
+def test_without_llvm_the_scalar_variant_renders_and_says_so(tiny: Path, tmp_path: Path) -> None:
+    program = (
+        "import sys; from pathlib import Path; import mitsuba_reference as ref; ref.newest_llvm = lambda: None\n"
+        "ref.make_reference(ref.start_mitsuba(), Path(sys.argv[1]), Path(sys.argv[2]), 'command', samples=4, batches=2)"
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", program, str(tiny), str(tmp_path / "out")],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=SCRIPTS,
+        env={"PATH": "/usr/bin:/bin"},
+    )
+    assert "falling back to scalar_rgb" in found.stderr
+    assert 'variant = "scalar_rgb"\nllvm = "none"\n' in (tmp_path / "out" / "PROVENANCE.toml").read_text()

@@ -141,9 +141,9 @@ def test_llvm_versions_are_read_from_names(name: str, version: tuple[int, ...]) 
 
 
 def test_the_newest_usable_llvm_is_taken(tmp_path: Path) -> None:
-    for name in ("libLLVM-14.so.1", "libLLVM-9.so.1"):
+    for name in ("libLLVM-16.so.1", "libLLVM-9.so.1"):
         (tmp_path / name).touch()
     assert ref.newest_llvm([str(tmp_path)]) is None
-    for name in ("libLLVM-15.so.1", "libLLVM.so.19.1", "libLLVM-16.so.1"):
+    for name in ("libLLVM.so.19.1", "libLLVM.so.22.1", "libLLVM.so.20.1"):
         (tmp_path / name).touch()
-    assert ref.newest_llvm([str(tmp_path)]) == tmp_path / "libLLVM.so.19.1"
+    assert ref.newest_llvm([str(tmp_path)]) == tmp_path / "libLLVM.so.22.1"

@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// A rough metal: mirrors in all directions around the normal, each a smooth conductor, with Smith's masking and
-/// shadowing. Light that meets a second facet is lost, so that a white metal of GGX roughness 0.3 reflects 0.876 of
+/// shadowing. Light that meets a second facet is lost, so that a white metal of GGX roughness 0.3 reflects 0.877 of
 /// what falls on it straight. Black on its back.
 ///
 /// Walter et al. 2007, eq. (20): `f = F D G / 4 |cos θi| |cos θo|`.
@@ -50,7 +50,7 @@ impl Described for RoughConductor {
             r#"<bsdf type="roughconductor"><string name="distribution" value="ggx"/><float name="alpha" value="0.4"/>
                 <boolean name="sample_visible" value="false"/></bsdf>"#,
         ],
-        evidence: &["bsdf/rough-albedo"],
+        evidence: &["bsdf/rough-albedo", "radiometry/direct-strategies"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

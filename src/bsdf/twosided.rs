@@ -28,7 +28,7 @@ impl Described for TwoSided {
             r#"<bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value="0.3, 0.6, 0.9"/></bsdf>
                 <bsdf type="roughconductor"><float name="alpha" value="0.3"/></bsdf></bsdf>"#,
         ],
-        evidence: &[],
+        evidence: &["radiometry/direct-strategies", "reference/sun-and-bulb"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

@@ -31,13 +31,13 @@ fn picture(width: usize, height: usize, colour: impl Fn(usize) -> [u8; 3]) -> Rg
 }
 
 /// From -1 (blue) over 0 (white) to 1 (red).
-fn diverging(x: f64) -> [u8; 3] {
+pub(crate) fn diverging(x: f64) -> [u8; 3] {
     let end = if x < 0.0 { [33.0, 102.0, 172.0] } else { [178.0, 24.0, 43.0] };
     end.map(|channel: f64| (255.0 + (channel - 255.0) * x.abs().min(1.0)) as u8)
 }
 
 /// From 0 (white) over yellow and red to 1 (black).
-fn sequential(x: f64) -> [u8; 3] {
+pub(crate) fn sequential(x: f64) -> [u8; 3] {
     const STOPS: [[f64; 3]; 4] = [[255.0, 255.0, 255.0], [254.0, 217.0, 118.0], [189.0, 0.0, 38.0], [0.0, 0.0, 0.0]];
     let at = x.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;
     let i = (at as usize).min(STOPS.len() - 2);

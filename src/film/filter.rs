@@ -46,7 +46,7 @@ impl Described for Box {
         summary: "The mean over the pixel's square; right for comparisons.",
         params: &[],
         examples: &[r#"<rfilter type="box"/>"#],
-        evidence: &["film/filter"],
+        evidence: &["film/filter", "film/footprint"],
     };
 
     fn read(_params: &Params<'_>) -> Result<Self, SceneError> {
@@ -80,7 +80,7 @@ impl Described for Gaussian {
             r#"<rfilter type="gaussian"/>"#,
             r#"<rfilter type="gaussian"><float name="stddev" value="0.8"/></rfilter>"#,
         ],
-        evidence: &["film/filter"],
+        evidence: &["film/filter", "film/footprint"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
@@ -118,7 +118,7 @@ impl Described for Tent {
         summary: "A triangle.",
         params: &[Param::new("radius", Kind::Float, "1", "where it ends, in pixels").within(Range::POSITIVE)],
         examples: &[r#"<rfilter type="tent"/>"#],
-        evidence: &["film/filter"],
+        evidence: &["film/filter", "film/footprint"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
@@ -145,6 +145,8 @@ pub struct Profile {
     values: Vec<f64>,
     /// The integral up to each point, the last being 1.
     cumulative: Vec<f64>,
+    /// The piece in which each of as many equal shares of the integral begins.
+    guide: Vec<u16>,
 }
 
 /// Even, so that the middle, where a tent has its corner, is a point.
@@ -164,7 +166,9 @@ impl Profile {
         }
         let total = cumulative[PIECES];
         cumulative.iter_mut().for_each(|c| *c /= total);
-        Self { radius, values, cumulative }
+        let begins = |share: usize| cumulative[1..PIECES].partition_point(|&c| c <= share as f64 / PIECES as f64);
+        let guide = (0..PIECES).map(|share| begins(share) as u16).collect();
+        Self { radius, values, cumulative, guide }
     }
 
     /// How far it reaches, in pixels.
@@ -181,6 +185,12 @@ impl Profile {
     }
 
     fn mass_below(&self, x: f64) -> f64 {
+        if x <= -self.radius {
+            return 0.0;
+        }
+        if x >= self.radius {
+            return 1.0;
+        }
         let (i, w) = self.place(x);
         let (left, right) = (self.values[i], self.values[i + 1]);
         let within = w * (left + 0.5 * w * (right - left)) / (0.5 * (left + right)).max(f64::MIN_POSITIVE);
@@ -195,9 +205,15 @@ impl Profile {
     }
 
     fn at_mass(&self, mass: f64) -> f64 {
-        let i = (self.cumulative.partition_point(|&c| c <= mass) - 1).min(PIECES - 1);
+        let mut i = usize::from(self.guide[((mass * PIECES as f64) as usize).min(PIECES - 1)]);
+        while i < PIECES - 1 && self.cumulative[i + 1] <= mass {
+            i += 1;
+        }
         let share = (mass - self.cumulative[i]) / (self.cumulative[i + 1] - self.cumulative[i]);
         let (left, right) = (self.values[i], self.values[i + 1]);
+        if left == right {
+            return -self.radius + (i as f64 + share) * 2.0 * self.radius / PIECES as f64;
+        }
         // The root of the integral of a linear density, in the form that has no cancellation.
         let target = share * (left + right);
         let w = target / (left + (left * left + (right - left) * target).max(0.0).sqrt());

@@ -2,6 +2,7 @@
 
 pub mod exr;
 pub mod filter;
+pub mod laws;
 mod layers;
 pub mod picture;
 
@@ -83,7 +84,7 @@ impl Described for HdrFilm {
         ],
         examples: &[r#"<film type="hdrfilm"><integer name="width" value="64"/><integer name="height" value="32"/>
             <rfilter type="box"/></film>"#],
-        evidence: &["film/filter"],
+        evidence: &["film/filter", "film/footprint", "film/coverage"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

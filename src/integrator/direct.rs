@@ -32,7 +32,7 @@ impl Described for Direct {
             HIDE_EMITTERS,
         ],
         examples: &[r#"<integrator type="direct"><integer name="emitter_samples" value="2"/></integrator>"#],
-        evidence: &["radiometry/direct-strategies"],
+        evidence: &["radiometry/direct-strategies", "reference/sun-and-bulb"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

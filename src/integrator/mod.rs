@@ -3,6 +3,7 @@
 mod aov;
 mod depth;
 mod direct;
+pub mod laws;
 mod moment;
 mod path;
 

@@ -24,7 +24,7 @@ impl Described for Path {
         summary: "Path tracing with next event estimation and multiple importance sampling.",
         params: &[MAX_DEPTH, RR_DEPTH, HIDE_EMITTERS],
         examples: &[r#"<integrator type="path"><integer name="max_depth" value="8"/></integrator>"#],
-        evidence: &["radiometry/*", "reference/*"],
+        evidence: &["radiometry/*", "fresnel/slab", "fresnel/etendue", "transport/*", "reference/*"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

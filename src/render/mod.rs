@@ -1,5 +1,7 @@
 //! From a scene and an integrator to a film: tiles on all threads, with the same bits however many there are.
 
+pub mod laws;
+
 use rayon::prelude::*;
 
 use crate::{

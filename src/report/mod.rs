@@ -1,8 +1,33 @@
-//! The report: one self-contained HTML page, and summaries for people and programs.
+//! The report: one self-contained HTML page, and summaries for people and programs. It reads evidence and never renders.
+//!
+//! | part | file |
+//! |---|---|
+//! | the page as a whole | `page`, `template.html`, `style.css`, `script.js` |
+//! | the laws, by the first part of their names | `laws`, `laws.html` |
+//! | the scenes | `scenes`, `scene.html` |
+//! | pictures as data URIs, with the ramps of their legends | `pictures` |
+//! | p-values of the tiles | `histogram` |
+//! | numbers as text; pass and fail as symbol and word | `number`; `mark`, `mark.html` |
+//! | `reports/verify.md` and `reports/verify.json` | `summary` |
+
+mod histogram;
+mod laws;
+mod mark;
+mod number;
+mod page;
+mod pictures;
+#[cfg(test)]
+mod sample;
+mod scenes;
+pub mod summary;
 
 use std::path::{Path, PathBuf};
 
-use crate::{evidence::Evidence, film::exr::{FileError, write_whole}};
+use crate::{
+    evidence::Evidence,
+    film::exr::{FileError, write_whole},
+    law::Effort,
+};
 
 /// Writes `reports/verify/index.html` under a root and returns its path; with `summary` also `reports/verify.md` and
 /// `reports/verify.json`.
@@ -13,10 +38,24 @@ pub fn write(root: &Path, evidence: &Evidence, summary: bool) -> Result<PathBuf,
     let folder = root.join("reports/verify");
     std::fs::create_dir_all(&folder).map_err(|error| FileError::new(&folder, error))?;
     if summary {
-        let json = serde_json::to_string_pretty(evidence).expect("evidence is plain data");
+        write_whole(&root.join("reports/verify.md"), summary::markdown(evidence).as_bytes())?;
+        let json = serde_json::to_string_pretty(&summary::Summary::new(evidence)).expect("a summary is plain data");
         write_whole(&root.join("reports/verify.json"), json.as_bytes())?;
     }
     let page = folder.join("index.html");
-    write_whole(&page, b"")?;
+    write_whole(&page, page::render(evidence).as_bytes())?;
     Ok(page)
+}
+
+/// The command that gathers everything with the same effort.
+fn command(effort: Effort) -> &'static str {
+    match effort {
+        Effort::Quick => "etendue verify",
+        Effort::Full => "etendue verify --full",
+    }
+}
+
+/// A name as the anchor of a link: letters and digits, all else a hyphen.
+fn anchor(name: &str) -> String {
+    name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect()
 }

@@ -4,6 +4,7 @@
 //! the samples of one pass evenly and makes passes independent of one another.
 
 mod independent;
+pub mod laws;
 mod low_discrepancy;
 mod stratified;
 
@@ -154,7 +155,7 @@ impl Common {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stats::ks;
+    use crate::stats::Ks;
 
     fn samplers() -> Vec<Sampler> {
         let common = Common { sample_count: 64, seed: 0 };
@@ -164,7 +165,9 @@ mod tests {
     fn draws(sampler: &Sampler, pixel: u64, samples: u32, dimension: usize) -> Vec<DVec2> {
         let path = |sample| {
             let mut numbers = sampler.numbers(&Address { seed: 3, pass: 0, pixel, sample, samples });
-            (0..dimension).for_each(|_| drop(numbers.next_2d()));
+            for _ in 0..dimension {
+                numbers.next_2d();
+            }
             numbers.next_2d()
         };
         (0..samples).map(path).collect()
@@ -176,7 +179,7 @@ mod tests {
             for dimension in [0, 1, 7, 200] {
                 let first: Vec<_> = (0..4000).map(|pixel| draws(&sampler, pixel, 1, dimension)[0]).collect();
                 for coordinate in [first.iter().map(|u| u.x).collect::<Vec<_>>(), first.iter().map(|u| u.y).collect()] {
-                    let p = ks(&coordinate, |x| x.clamp(0.0, 1.0)).p;
+                    let p = Ks::one_sample(&coordinate, |x| x.clamp(0.0, 1.0)).p;
                     assert!(p > 1e-4, "{sampler:?}, dimension {dimension}: p = {p}");
                 }
             }

@@ -1,5 +1,6 @@
 //! Cameras.
 
+pub mod laws;
 mod perspective;
 mod thinlens;
 

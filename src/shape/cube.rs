@@ -28,7 +28,7 @@ impl Described for Cube {
             r#"<shape type="cube"><transform name="to_world"><matrix value="2 0.5 0.1 1 0 1.5 0.2 -1 0.3 0 1 2 0 0 0 1"/>
                 </transform></shape>"#,
         ],
-        evidence: &[],
+        evidence: &["shape/*", "shape/line-volume", "fresnel/slab", "radiometry/furnace"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

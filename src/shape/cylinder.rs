@@ -35,7 +35,7 @@ impl Described for Cylinder {
             r#"<shape type="cylinder"><point name="p0" x="1" y="0" z="-1"/><point name="p1" x="-0.5" y="2" z="0.3"/>
                 <float name="radius" value="0.4"/><transform name="to_world"><scale x="1" y="2" z="0.7"/></transform></shape>"#,
         ],
-        evidence: &[],
+        evidence: &["shape/*", "reference/tube-lights"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

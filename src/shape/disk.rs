@@ -26,7 +26,7 @@ impl Described for Disk {
             r#"<shape type="disk"><transform name="to_world"><scale x="2" y="0.5"/><rotate x="1" y="0" z="0" angle="40"/>
                 <translate z="3"/></transform></shape>"#,
         ],
-        evidence: &["radiometry/disk-light"],
+        evidence: &["shape/*", "radiometry/disk-light"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

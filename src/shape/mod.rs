@@ -8,6 +8,7 @@ pub mod bvh;
 mod cube;
 mod cylinder;
 mod disk;
+pub mod laws;
 pub mod mesh;
 mod rectangle;
 mod sphere;

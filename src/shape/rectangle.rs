@@ -24,7 +24,7 @@ impl Described for Rectangle {
             r#"<shape type="rectangle"><transform name="to_world"><matrix value="2 0.5 0.1 1 0 1.5 0.2 -1 0.3 0 1 2 0 0 0 1"/>
                 </transform><boolean name="flip_normals" value="true"/></shape>"#,
         ],
-        evidence: &["radiometry/polygon-light"],
+        evidence: &["shape/*", "radiometry/polygon-light"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

@@ -51,7 +51,7 @@ impl Described for Bitmap {
             Param::optional("to_uv", Kind::Transform, "the identity", "a map of the uv plane"),
         ],
         examples: &[],
-        evidence: &[],
+        evidence: &["reference/metal-spheres", "reference/torus-thinlens"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

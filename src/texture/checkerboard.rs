@@ -26,7 +26,7 @@ impl Described for Checkerboard {
         ],
         examples: &[r#"<texture type="checkerboard"><rgb name="color0" value="0.8, 0.1, 0.1"/>
             <transform name="to_uv"><scale x="4" y="4"/></transform></texture>"#],
-        evidence: &[],
+        evidence: &["reference/glass-on-checker", "reference/mesh-lamp"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

@@ -20,7 +20,7 @@ impl Described for Constant {
         summary: "One colour everywhere.",
         params: &[Param::required("value", Kind::Rgb, "the colour, linear RGB")],
         examples: &[r#"<texture type="rawconstant"><rgb name="value" value="0.2, 0.5, 0.7"/></texture>"#],
-        evidence: &[],
+        evidence: &["radiometry/white-sky"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

@@ -67,37 +67,37 @@ fn round_up(x: f64) -> f32 {
     }
 }
 
-/// A box in `f32`.
+/// A box in `f32`; the fourth lane, always zero, makes each corner a vector register.
 #[derive(Clone, Copy, Debug)]
 struct Bounds {
-    min: [f32; 3],
-    max: [f32; 3],
+    min: [f32; 4],
+    max: [f32; 4],
 }
 
 impl Bounds {
-    const EMPTY: Self = Self { min: [f32::INFINITY; 3], max: [f32::NEG_INFINITY; 3] };
+    const EMPTY: Self = Self {
+        min: [f32::INFINITY, f32::INFINITY, f32::INFINITY, 0.0],
+        max: [f32::NEG_INFINITY, f32::NEG_INFINITY, f32::NEG_INFINITY, 0.0],
+    };
 
     /// The `f32` box around an `f64` box.
     fn around(bounds: &Aabb) -> Self {
-        let down = |v: DVec3| v.to_array().map(round_down);
-        let up = |v: DVec3| v.to_array().map(round_up);
+        let down = |v: DVec3| [round_down(v.x), round_down(v.y), round_down(v.z), 0.0];
+        let up = |v: DVec3| [round_up(v.x), round_up(v.y), round_up(v.z), 0.0];
         Self { min: down(bounds.min), max: up(bounds.max) }
     }
 
     #[inline]
     fn union(&self, other: &Self) -> Self {
-        let less = |a: f32, b: f32| if a < b { a } else { b };
-        Self {
-            min: std::array::from_fn(|i| less(self.min[i], other.min[i])),
-            max: std::array::from_fn(|i| -less(-self.max[i], -other.max[i])),
-        }
+        Self { min: less(self.min, other.min), max: more(self.max, other.max) }
     }
 
     /// Twice the centre; finite even for infinite boxes.
     #[inline]
-    fn centre2(&self) -> [f32; 3] {
+    fn centre2(&self) -> [f32; 4] {
         const FAR: f32 = 1e37;
-        std::array::from_fn(|i| self.min[i].max(-FAR) + self.max[i].min(FAR))
+        let (min, max) = (more(self.min, [-FAR; 4]), less(self.max, [FAR; 4]));
+        std::array::from_fn(|i| min[i] + max[i])
     }
 
     /// Half the surface area; in `f64` for the sake of huge and tiny boxes.
@@ -105,6 +105,16 @@ impl Bounds {
         let e: [f64; 3] = std::array::from_fn(|i| f64::from(self.max[i]) - f64::from(self.min[i]));
         e[0] * e[1] + e[1] * e[2] + e[2] * e[0]
     }
+}
+
+#[inline]
+fn less(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+    std::array::from_fn(|i| if a[i] < b[i] { a[i] } else { b[i] })
+}
+
+#[inline]
+fn more(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+    std::array::from_fn(|i| if a[i] > b[i] { a[i] } else { b[i] })
 }
 
 /// A primitive as the builder moves it about.
@@ -308,7 +318,7 @@ fn split(items: &mut [Item], block: usize) -> usize {
     };
     let mut middle = 0;
     for i in 0..items.len() {
-        if scale.bin(axis, &items[i].bounds) < bin {
+        if scale.bins(&items[i].bounds)[axis] < bin {
             items.swap(middle, i);
             middle += 1;
         }
@@ -331,7 +341,7 @@ fn split_evenly(items: &mut [Item]) -> usize {
 }
 
 /// The box around the (doubled) centres.
-fn centre_range(items: &[Item]) -> ([f32; 3], [f32; 3]) {
+fn centre_range(items: &[Item]) -> ([f32; 4], [f32; 4]) {
     let centres = items.iter().map(|item| item.bounds.centre2());
     let all = centres.fold(Bounds::EMPTY, |all, c| all.union(&Bounds { min: c, max: c }));
     (all.min, all.max)
@@ -339,8 +349,8 @@ fn centre_range(items: &[Item]) -> ([f32; 3], [f32; 3]) {
 
 /// Maps centres to bins.
 struct Scale {
-    low: [f32; 3],
-    bins_per_length: [f32; 3],
+    low: [f32; 4],
+    bins_per_length: [f32; 4],
 }
 
 impl Scale {
@@ -351,11 +361,13 @@ impl Scale {
         Self { low, bins_per_length: std::array::from_fn(factor) }
     }
 
+    /// The bin along each axis.
     #[inline]
-    fn bin(&self, axis: usize, bounds: &Bounds) -> usize {
-        let centre = bounds.centre2()[axis];
-        // The cast takes NaN (infinity times zero) to the first bin.
-        (((centre - self.low[axis]) * self.bins_per_length[axis]) as usize).min(BINS - 1)
+    fn bins(&self, bounds: &Bounds) -> [usize; 4] {
+        let centre = bounds.centre2();
+        let at: [f32; 4] = std::array::from_fn(|i| (centre[i] - self.low[i]) * self.bins_per_length[i]);
+        // Not a number (infinity times zero) goes to the first bin.
+        less(more(at, [0.0; 4]), [(BINS - 1) as f32; 4]).map(|bin| bin as i32 as usize)
     }
 }
 
@@ -386,8 +398,9 @@ fn best_plane(items: &[Item], block: usize) -> Option<(usize, usize, Scale)> {
     let scale = Scale::new(items);
     let mut bins = [[Bin::EMPTY; BINS]; 3];
     for item in items {
-        for (axis, bins) in bins.iter_mut().enumerate() {
-            bins[scale.bin(axis, &item.bounds)].merge(&item.bounds, 1);
+        let at = scale.bins(&item.bounds);
+        for (bins, at) in bins.iter_mut().zip(at) {
+            bins[at].merge(&item.bounds, 1);
         }
     }
     let mut best = None;

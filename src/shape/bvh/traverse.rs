@@ -6,7 +6,7 @@ use super::{Bvh, Child, Lanes, MAX_LEVELS, Node, SLACK, WIDTH};
 use crate::math::Ray;
 
 /// Every node on the path to the current one leaves at most seven others behind.
-const STACK: usize = MAX_LEVELS as usize * (WIDTH - 1) + 1;
+pub(super) const STACK: usize = MAX_LEVELS as usize * (WIDTH - 1) + 1;
 
 /// The unit roundoff of `f32`.
 const ROUNDOFF: f64 = 1.0 / (1 << 24) as f64;
@@ -48,7 +48,7 @@ pub(super) struct Slabs {
 
 impl Slabs {
     #[inline(always)]
-    fn new(ray: &Ray, magnitude: f64) -> Self {
+    pub(super) fn new(ray: &Ray, magnitude: f64) -> Self {
         let (scale, inverse_scale) = power_of_two_below(ray.direction.abs().max_element());
         let reach = magnitude + ray.origin.abs().max_element();
         let slack = 1e-30 + reach * if ray.t_min < 0.0 { SLACK + 16.0 * ROUNDOFF } else { SLACK };

@@ -1,6 +1,7 @@
 //! Triangle meshes from files.
 
 mod data;
+pub mod laws;
 mod normals;
 mod obj;
 mod ply;
@@ -58,7 +59,7 @@ impl Format for Ply {
             super::FLIP_NORMALS,
         ],
         examples: &[],
-        evidence: &["mesh/round-trip"],
+        evidence: &["mesh/round-trip", "mesh/shading-normals", "shape/*", "reference/mesh-lamp"],
     };
 
     fn load(path: &Path, flip_tex_coords: bool) -> Result<MeshData, MeshError> {
@@ -79,7 +80,7 @@ impl Format for Obj {
             super::FLIP_NORMALS,
         ],
         examples: &[],
-        evidence: &["mesh/round-trip"],
+        evidence: &["mesh/round-trip", "mesh/shading-normals", "shape/*", "reference/faceted-and-smooth"],
     };
 
     fn load(path: &Path, flip_tex_coords: bool) -> Result<MeshData, MeshError> {

@@ -12,7 +12,7 @@
 //! **What does not count.** Triangles without area (exactly, as computed in `f64` from the `f32` corners), triangles
 //! with a corner that is not finite, and hits on a triangle seen exactly edge-on, which its neighbours report.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::math::{Aabb, Ray};
 use crate::shape::bvh::Bvh;
@@ -245,19 +245,67 @@ impl Sheared {
         inside.iter().enumerate().fold(0, |set, (lane, &inside)| set | u32::from(inside >= 0.0) << lane)
     }
 
-    /// The hit of a candidate, unless it is seen edge-on.
+    /// The hit of a candidate, unless it is seen exactly edge-on.
     #[inline(always)]
     fn hit(&self, lane: usize, shear: &Shear) -> Option<TriangleHit> {
-        let edge = |i: usize| self.edges[i][lane];
-        let z = |corner: usize| self.corners[corner][2][lane];
-        let (u, v, w) = (edge(0), edge(1), edge(2));
+        let (u, v, w) = (self.edges[0][lane], self.edges[1][lane], self.edges[2][lane]);
         let determinant = u + v + w;
         if determinant == 0.0 {
             return None;
         }
-        let t = (u * z(0) + v * z(1) + w * z(2)) / determinant * shear.factor[2];
-        Some(TriangleHit { t, triangle: 0, b1: v / determinant, b2: w / determinant })
+        let at = |corner: usize, axis: usize| self.corners[corner][axis][lane];
+        let extent = |corner: usize| at(corner, 0).abs() + at(corner, 1).abs();
+        let size = extent(0) + extent(1) + extent(2);
+        let mut weights = Weights { a: u / determinant, b: v / determinant, c: w / determinant };
+        if determinant.abs() < SLIM * size * size {
+            weights = slim_weights([0, 1, 2].map(|corner| DVec2::new(at(corner, 0), at(corner, 1))), weights)?;
+        }
+        let Weights { a, b, c } = weights;
+        let z = a * at(0, 2) + b * at(1, 2) + c * at(2, 2);
+        // Adding zero takes the sign from a negative zero.
+        Some(TriangleHit { t: z * shear.factor[2] + 0.0, triangle: 0, b1: b + 0.0, b2: c + 0.0 })
     }
+}
+
+/// What the corners contribute to a point of the triangle.
+#[derive(Clone, Copy)]
+struct Weights {
+    a: f64,
+    b: f64,
+    c: f64,
+}
+
+/// Below this ratio of (twice) the area to the square of the size, as seen along the ray, the weights of the corners are
+/// found with more care: from the edge functions they have errors of some `2^-51` over the ratio.
+const SLIM: f64 = 1.0 / 4096.0;
+
+/// The weights of the corners of a triangle that is nearly seen edge-on, given those from the edge functions. `None` if
+/// the ray passes in the plane of the triangle but beyond its ends, where the edge functions are noise.
+///
+/// How far the hit is across the longest edge `pq` then is ill-conditioned (and hardly matters), how far it is along the
+/// edge is not: with `h` the fraction of the edge that the ray passes, and `r_along` that of the third corner `r`, the
+/// weight of `r` is first brought into the range that the triangle has at `h`, and that of `q` then follows as
+/// `h - weight(r) r_along`. The hit is a point of the triangle, and on the ray but for some roundings of its size.
+#[cold]
+fn slim_weights(corners: [DVec2; 3], Weights { a, b, c }: Weights) -> Option<Weights> {
+    let [p, q, r] = corners;
+    let (pq, qr, rp) = ((q - p).length_squared(), (r - q).length_squared(), (p - r).length_squared());
+    if pq < qr || pq < rp {
+        // Turn the triangle until its longest edge comes first.
+        let turned = slim_weights([q, r, p], Weights { a: b, b: c, c: a })?;
+        return Some(Weights { a: turned.c, b: turned.a, c: turned.b });
+    }
+    let along = |v: DVec2| v.dot(q - p) / pq;
+    let h = along(-p);
+    if !(-1e-13..=1.0 + 1e-13).contains(&h) {
+        return None;
+    }
+    let (h, r_along) = (h.clamp(0.0, 1.0), along(r - p).clamp(0.0, 1.0));
+    let most = if h < r_along { h / r_along } else { (1.0 - h) / (1.0 - r_along) };
+    // Not a number if the ray and `r` are both at the end: then any weight will do.
+    let c = c.clamp(0.0, most.min(1.0));
+    let b = (h - c * r_along).max(0.0);
+    Some(Weights { a: (1.0 - b - c).max(0.0), b, c })
 }
 
 #[cfg(test)]

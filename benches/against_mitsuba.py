@@ -1,0 +1,90 @@
+#!/usr/bin/env python3
+"""Paths per core-second of etendue and of Mitsuba on the same scenes, in one run, and how busy etendue keeps the cores.
+
+Each renderer renders each scene several times in turn; the median counts. Core-seconds are user CPU time of the
+render alone: loading is left out by taking the difference of a long and a short render.
+"""
+
+import argparse
+import json
+import os
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+SCENES = ["cbox", "cbox-glass", "mesh", "dof"]
+PIXELS = 256 * 256
+SHORT_SPP = 1
+OUTPUT = Path(tempfile.gettempdir()) / "etendue-bench.exr"
+
+MITSUBA = """
+import sys, time, os, json
+import mitsuba as mi
+variant, path, spp = sys.argv[1], sys.argv[2], int(sys.argv[3])
+mi.set_variant(variant)
+import drjit as dr
+dr.set_thread_count(int(sys.argv[4]))
+mi.set_log_level(mi.LogLevel.Error)
+scene = mi.load_file(path)
+import numpy as np
+np.array(mi.render(scene, spp=spp, seed=0))
+before, start = os.times(), time.perf_counter()
+np.array(mi.render(scene, spp=spp, seed=1))
+after = os.times()
+print(json.dumps([after.user - before.user, time.perf_counter() - start]))
+"""
+
+
+def measure_etendue(binary: Path, scene: Path, spp: int, threads: int) -> tuple[float, float]:
+    """User and wall-clock seconds of one process."""
+    command = [binary, "render", scene, "-o", OUTPUT, "--spp", str(spp)]
+    before, start = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime, time.perf_counter()
+    subprocess.run([*map(str, command), "--threads", str(threads)], check=True)
+    return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before, time.perf_counter() - start
+
+
+def etendue(binary: Path, scene: Path, spp: int, threads: int) -> tuple[float, float]:
+    """User and wall-clock seconds of rendering alone."""
+    long, short = (measure_etendue(binary, scene, n, threads) for n in (spp + SHORT_SPP, SHORT_SPP))
+    return long[0] - short[0], long[1] - short[1]
+
+
+def mitsuba(variant: str, scene: Path, spp: int, threads: int) -> tuple[float, float]:
+    """User and wall-clock seconds of a second render in one process, when everything is compiled."""
+    command = [sys.executable, "-c", MITSUBA, variant, str(scene), str(spp), str(threads)]
+    user, wall = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()[-1])
+    return user, wall
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenes", nargs="*", default=SCENES, help="names in benches/scenes (default: %(default)s)")
+    parser.add_argument("--spp", type=int, default=64)
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--threads", type=int, default=os.cpu_count())
+    parser.add_argument("--variants", nargs="*", default=["scalar_rgb"], help="of Mitsuba (default: %(default)s)")
+    parser.add_argument("--etendue", type=Path, default=HERE.parent / "target" / "release" / "etendue")
+    arguments = parser.parse_args()
+    print(f"{'scene':<12} {'renderer':<14} {'M paths/core-s':>15} {'cores busy':>11} {'against':>9}")
+    for name in arguments.scenes:
+        scene = HERE / "scenes" / f"{name}.xml"
+        runs = {"etendue": lambda: etendue(arguments.etendue, scene, arguments.spp, arguments.threads)}
+        for variant in arguments.variants:
+            runs[variant] = lambda v=variant: mitsuba(v, scene, arguments.spp, arguments.threads)
+        times = {key: [] for key in runs}
+        for _ in range(arguments.repeats):
+            for key, run in runs.items():
+                times[key].append(run())
+        rates = {key: PIXELS * arguments.spp / statistics.median(t[0] for t in values) / 1e6 for key, values in times.items()}
+        for key, values in times.items():
+            busy = statistics.median(user / wall / arguments.threads for user, wall in values)
+            print(f"{name:<12} {key:<14} {rates[key]:>15.2f} {100 * busy:>10.0f}% {rates['etendue'] / rates[key]:>8.2f}x")
+
+
+if __name__ == "__main__":
+    main()

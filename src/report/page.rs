@@ -1,0 +1,266 @@
+//! The page: everything the template needs, as text.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use minijinja::{Environment, UndefinedBehavior, syntax::SyntaxConfig, value::Serde};
+use serde::Serialize;
+
+use super::{command, laws, laws::Group, mark::Mark, number, scenes::SceneView};
+use crate::{
+    evidence::{Evidence, Row},
+    law::{Effort, Measured},
+    stats::{VerdictConfig, multiple::sidak_p},
+};
+
+/// What is on the page.
+#[derive(Debug, Serialize)]
+struct Page {
+    style: &'static str,
+    script: &'static str,
+    version: String,
+    effort: &'static str,
+    made: String,
+    seconds: String,
+    threads: usize,
+    command: &'static str,
+    total: usize,
+    passed: bool,
+    failures: Vec<Failure>,
+    levels: Vec<Level>,
+    config: Option<Config>,
+    findings: usize,
+    groups: Vec<Group>,
+    scenes: Vec<SceneView>,
+}
+
+/// A row that does not hold.
+#[derive(Debug, Serialize)]
+struct Failure {
+    anchor: String,
+    name: String,
+    subject: String,
+    why: String,
+    mark: Mark,
+}
+
+/// Tests that share a level.
+#[derive(Debug, Serialize)]
+struct Level {
+    tests: usize,
+    each: String,
+    together: String,
+}
+
+/// What the verdicts on scenes were asked for.
+#[derive(Debug, Serialize)]
+struct Config {
+    alpha: String,
+    target_bias: String,
+    power: String,
+    false_alarms: String,
+}
+
+/// The page of a run, as HTML.
+pub(super) fn render(evidence: &Evidence) -> String {
+    let parts = [
+        ("index.html", include_str!("template.html")),
+        ("laws.html", include_str!("laws.html")),
+        ("scene.html", include_str!("scene.html")),
+        ("mark.html", include_str!("mark.html")),
+    ];
+    let mut environment = Environment::new();
+    let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
+    environment.set_syntax(syntax.expect("the delimiters are the usual ones"));
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    // Names that end in .html are escaped.
+    for (name, source) in parts {
+        environment.add_template(name, source).expect("the templates are well-formed");
+    }
+    let template = environment.get_template("index.html").expect("it was added");
+    template.render(Serde(Page::new(evidence))).expect("the template uses what the page has")
+}
+
+impl Page {
+    fn new(evidence: &Evidence) -> Self {
+        let scenes: Vec<_> = evidence.scenes.iter().map(SceneView::new).collect();
+        let failures: Vec<_> = failures(&evidence.rows, &scenes);
+        Self {
+            style: include_str!("style.css"),
+            script: include_str!("script.js"),
+            version: evidence.version.clone(),
+            effort: match evidence.effort {
+                Effort::Quick => "quick",
+                Effort::Full => "full",
+            },
+            made: utc(SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())),
+            seconds: number::duration(evidence.seconds),
+            threads: evidence.threads,
+            command: command(evidence.effort),
+            total: evidence.rows.len() + evidence.scenes.len(),
+            passed: failures.is_empty(),
+            failures,
+            levels: levels(&evidence.rows),
+            config: config(evidence),
+            findings: evidence.rows.len(),
+            groups: Group::all(&evidence.rows),
+            scenes,
+        }
+    }
+}
+
+fn failures(rows: &[Row], scenes: &[SceneView]) -> Vec<Failure> {
+    let of_law = |(row, view): (&Row, laws::FindingView)| Failure {
+        why: match &view.expected {
+            Some(expected) => format!("{} instead of {expected}; {}", view.found, view.held_against),
+            None => format!("{}; {}", view.found, view.held_against),
+        },
+        name: row.name.clone(),
+        anchor: view.anchor,
+        subject: view.subject,
+        mark: view.mark,
+    };
+    let of_scene = |view: &SceneView| Failure {
+        anchor: view.anchor.clone(),
+        name: view.name.clone(),
+        subject: String::new(),
+        why: view.conclusion.clone(),
+        mark: view.mark,
+    };
+    let scenes = scenes.iter().filter(|scene| !scene.passed).map(of_scene);
+    laws::failures(rows).into_iter().map(of_law).chain(scenes).collect()
+}
+
+/// The distinct levels, each with the number of tests that were held to it.
+fn levels(rows: &[Row]) -> Vec<Level> {
+    let mut counts: Vec<(f64, usize)> = Vec::new();
+    for row in rows.iter().filter(|row| matches!(row.finding.measured, Measured::Test { .. })) {
+        match counts.iter_mut().find(|(level, _)| *level == row.level) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((row.level, 1)),
+        }
+    }
+    let view = |(level, tests)| Level {
+        tests,
+        each: number::significant(level, 3),
+        together: number::percent(sidak_p(level, tests)),
+    };
+    counts.into_iter().map(view).collect()
+}
+
+fn config(evidence: &Evidence) -> Option<Config> {
+    let used =
+        evidence.scenes.iter().filter_map(|scene| scene.comparison.verdict.as_ref()).map(|verdict| verdict.config);
+    let verdicts = used.clone().count();
+    let VerdictConfig { alpha, target_bias, power } = used.into_iter().next()?;
+    Some(Config {
+        alpha: number::percent(alpha),
+        target_bias: number::percent(target_bias),
+        power: number::percent(power),
+        false_alarms: number::significant(alpha * verdicts as f64, 2),
+    })
+}
+
+/// Seconds since 1970 as a date and time. Hinnant, "chrono-Compatible Low-Level Date Algorithms", `civil_from_days`.
+fn utc(seconds: u64) -> String {
+    let (days, time) = (seconds / 86_400 + 719_468, seconds % 86_400);
+    let (era, day_of_era) = (days / 146_097, days % 146_097);
+    let year_of_era = (day_of_era - day_of_era / 1_460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    // Years begin in March, so that the leap day is the last.
+    let month = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * month + 2) / 5 + 1;
+    let (year, month) = (era * 400 + year_of_era + month / 10, (month + 2) % 12 + 1);
+    format!("{year}-{month:02}-{day:02} {:02}:{:02} UTC", time / 3600, time / 60 % 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::sample, *};
+
+    #[test]
+    fn every_row_and_scene_is_on_the_page() {
+        for evidence in [sample::passing(), sample::failing()] {
+            let page = render(&evidence);
+            for row in &evidence.rows {
+                assert!(page.contains(&row.name), "{}", row.name);
+                assert!(page.contains(&escaped(&row.finding.subject)), "{}", row.finding.subject);
+                assert!(page.contains(&escaped(&row.reproduce)), "{}", row.reproduce);
+            }
+            for scene in &evidence.scenes {
+                assert!(page.contains(&escaped(&scene.name)) && page.contains(&escaped(&scene.reproduce[0])));
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_is_loaded_from_elsewhere() {
+        let page = render(&sample::failing());
+        for loading in ["<script src", "<link", "@import", "url(", "fetch(", "<iframe"] {
+            assert!(!page.contains(loading), "{loading}");
+        }
+        for attribute in ["src=\"", "href=\""] {
+            for (at, _) in page.match_indices(attribute) {
+                let target = &page[at + attribute.len()..];
+                assert!(target.starts_with('#') || target.starts_with("data:image/png;base64,"), "{target:.60}");
+            }
+        }
+    }
+
+    #[test]
+    fn names_cannot_break_the_page() {
+        let page = render(&sample::failing());
+        assert!(!page.contains("<b>bold</b>") && page.contains("&lt;b&gt;bold&lt;"));
+    }
+
+    #[test]
+    fn links_within_the_page_lead_somewhere() {
+        let page = render(&sample::failing());
+        for (at, _) in page.match_indices("href=\"#") {
+            let anchor = page[at + 7..].split('"').next().unwrap();
+            assert_eq!(page.matches(&format!("id=\"{anchor}\"")).count(), 1, "{anchor}");
+        }
+    }
+
+    #[test]
+    fn what_fails_comes_first() {
+        let page = render(&sample::failing());
+        let body = &page[page.find("<body>").unwrap()..];
+        let first = |text: &str| body.find(text).unwrap_or_else(|| panic!("{text} is missing"));
+        assert!(first("a test that fails") < first("a test that holds"));
+        assert!(first("reference&#x2f;differs") < first("How to read"));
+        let law = &body[first("id=\"law-bsdf-chi2\"")..];
+        assert!(law.find("a test that fails").unwrap() < law.find("a test that holds").unwrap());
+        assert!(body.contains("2 of 4 rows fail"), "{body}");
+    }
+
+    #[test]
+    fn all_hold() {
+        let page = render(&sample::passing());
+        assert!(page.contains("All 3 rows hold") && !page.contains("✗"));
+    }
+
+    #[test]
+    fn levels_are_those_of_the_rows() {
+        let level = &levels(&sample::passing().rows)[0];
+        assert_eq!((level.tests, level.each.as_str(), level.together.as_str()), (1, "0.001", "0.1\u{202f}%"));
+    }
+
+    #[test]
+    fn dates() {
+        assert_eq!(utc(0), "1970-01-01 00:00 UTC");
+        // date -u -d @1709251199 and the minute after: a leap day ends.
+        assert_eq!(
+            (utc(1_709_251_199).as_str(), utc(1_709_251_200).as_str()),
+            ("2024-02-29 23:59 UTC", "2024-03-01 00:00 UTC")
+        );
+        assert_eq!(utc(4_102_444_799), "2099-12-31 23:59 UTC");
+    }
+
+    fn escaped(text: &str) -> String {
+        text.replace('&', "&amp;")
+            .replace('<', "&lt;")
+            .replace('>', "&gt;")
+            .replace('\'', "&#x27;")
+            .replace('/', "&#x2f;")
+    }
+}

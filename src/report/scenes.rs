@@ -1,0 +1,160 @@
+//! The scenes: pictures and the numbers of the verdict.
+
+use serde::Serialize;
+
+use super::{anchor, histogram::Histogram, mark::Mark, number, pictures::Pictures};
+use crate::{
+    comparison::TILE,
+    evidence::SceneEvidence,
+    stats::{Outcome, Verdict, verdict::PeakTest},
+};
+
+const CHANNELS: [&str; 3] = ["red", "green", "blue"];
+
+/// The section of a scene.
+#[derive(Debug, Serialize)]
+pub(super) struct SceneView {
+    pub(super) anchor: String,
+    pub(super) title: String,
+    pub(super) name: String,
+    pub(super) conclusion: String,
+    pub(super) mark: Mark,
+    pub(super) passed: bool,
+    pictures: Option<Pictures>,
+    histogram: Option<Histogram>,
+    channels: Vec<ChannelView>,
+    numbers: Vec<Number>,
+    reproduce: Vec<String>,
+}
+
+/// The mean of a channel.
+#[derive(Debug, Serialize)]
+struct ChannelView {
+    name: &'static str,
+    ours: String,
+    reference: String,
+    difference: String,
+    p: String,
+    detectable: String,
+}
+
+/// A labelled number.
+#[derive(Debug, Serialize)]
+struct Number {
+    label: &'static str,
+    text: String,
+}
+
+impl SceneView {
+    pub(super) fn new(scene: &SceneEvidence) -> Self {
+        let verdict = scene.comparison.verdict.as_ref();
+        let title = scene.name.rsplit('/').next().unwrap_or_default().to_owned();
+        Self {
+            anchor: format!("scene-{}", anchor(&title)),
+            title,
+            name: scene.name.clone(),
+            conclusion: scene.conclusion.clone(),
+            mark: Mark::of_scene(scene),
+            passed: scene.passed,
+            pictures: Pictures::new(scene),
+            histogram: verdict.and_then(Histogram::of_tiles),
+            channels: verdict.map(|verdict| channels(scene, verdict)).unwrap_or_default(),
+            numbers: verdict.map(statistics).unwrap_or_default().into_iter().chain(circumstances(scene)).collect(),
+            reproduce: scene.reproduce.clone(),
+        }
+    }
+}
+
+fn channels(scene: &SceneEvidence, verdict: &Verdict) -> Vec<ChannelView> {
+    let global = &verdict.global;
+    let mean = |pixels: &[[f64; 3]], c: usize| {
+        let sum: f64 = pixels.iter().map(|pixel| pixel[c]).sum();
+        if pixels.is_empty() { "–".into() } else { number::significant(sum / pixels.len() as f64, 5) }
+    };
+    let view = |(c, name): (usize, &'static str)| ChannelView {
+        name,
+        ours: mean(&scene.images.ours, c),
+        reference: mean(&scene.images.reference, c),
+        difference: global.relative_difference[c].map_or("–".into(), number::signed_percent),
+        p: number::probability(global.channels[c].p),
+        detectable: global.detectable_bias[c].map_or("–".into(), number::percent),
+    };
+    CHANNELS.into_iter().enumerate().map(view).collect()
+}
+
+/// The numbers behind the verdict.
+fn statistics(verdict: &Verdict) -> Vec<Number> {
+    let at = |p: f64, level: f64| {
+        format!("p = {}, rejects at {} or less", number::probability(p), number::significant(level, 2))
+    };
+    let (peak, chi2, config) = (&verdict.peak, &verdict.scatter.chi2, &verdict.config);
+    let sum = number::significant(chi2.statistic, 4);
+    let exact = verdict.deterministic.map_or("none".into(), |check| {
+        let (worst, allowed) = (number::significant(check.worst_relative, 2), number::significant(check.tolerance, 2));
+        format!("worst relative difference {worst} of {} values, allowed {allowed}", check.compared)
+    });
+    let detectable = match verdict.global.worst_detectable_bias {
+        Some(bias) => format!(
+            "a bias of {} in any lit channel's mean, {} of the time; wanted: {}",
+            number::percent(bias),
+            number::percent(config.power),
+            number::percent(config.target_bias)
+        ),
+        None => "nothing: no noisy pixel of the reference is lit".into(),
+    };
+    vec![
+        Number { label: "All statistics", text: at(verdict.p, config.alpha) },
+        Number { label: "Global means", text: at(verdict.global.p, verdict.global.level) },
+        Number { label: "Worst tile", text: format!("{}{}", at(peak.p, peak.level), place(peak, verdict.columns)) },
+        Number {
+            label: "Scatter of tiles",
+            text: format!("χ² = {sum} of {} dof; {}", chi2.dof, at(chi2.p, verdict.scatter.level)),
+        },
+        Number {
+            label: "Singled out",
+            text: format!("{} of {} tiles", verdict.localised.len(), verdict.tiles_compared),
+        },
+        Number { label: "Exact values", text: exact },
+        Number { label: "Would have seen", text: detectable },
+    ]
+}
+
+/// Where the worst tile is, in tiles and in pixels.
+fn place(peak: &PeakTest, columns: usize) -> String {
+    let Some((tile, channel)) = peak.tile_and_channel else {
+        return "; no tile has noise".into();
+    };
+    let (x, y) = (tile % columns, tile / columns);
+    format!(
+        "; the smallest p of {} tests, {}, is that of {} in column {x}, row {y} of tiles: pixels from ({}, {})",
+        peak.tests,
+        number::probability(peak.smallest_p),
+        CHANNELS[channel],
+        x * TILE,
+        y * TILE
+    )
+}
+
+fn circumstances(scene: &SceneEvidence) -> Vec<Number> {
+    let metrics = &scene.comparison.metrics;
+    let scaled = match scene.scaled {
+        Outcome::Differs => "✓ differs, as it must",
+        Outcome::Agrees => "✗ agrees: the verdict is blind to it",
+        Outcome::Undecided { .. } => "✗ undecided: the verdict is blind to it",
+    };
+    let errors = format!(
+        "{}; relative MSE {}; bias {}",
+        number::significant(metrics.rmse, 3),
+        number::significant(metrics.relative_mse, 3),
+        number::significant(metrics.bias, 2)
+    );
+    let ours = scene.comparison.spp.map_or("unknown".into(), |spp| format!("{spp} spp"));
+    vec![
+        Number { label: "Ours × 1.005", text: scaled.into() },
+        Number { label: "Samples of ours", text: format!("{ours}, {}", number::duration(scene.seconds)) },
+        Number { label: "Reference by", text: scene.reference_by.clone() },
+        Number { label: "RMSE", text: errors },
+        Number { label: "Scene", text: scene.scene.display().to_string() },
+        Number { label: "Reference", text: scene.reference.display().to_string() },
+    ]
+}

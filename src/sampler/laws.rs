@@ -1,0 +1,99 @@
+//! What must hold for samplers.
+
+use std::f64::consts::{FRAC_2_PI, PI};
+
+use glam::DVec2;
+
+use super::{Address, Model as _, Numbers as _, Sampler};
+use crate::{
+    law::{Effort, Finding, Law},
+    node::xml,
+    stats::{Chi2, Moments},
+};
+
+/// The laws of samplers.
+pub const LAWS: &[Law] = &[Law {
+    name: "sampler/variance",
+    claim: "Every sampler's mean of 64 samples of a smooth function of the square is unbiased; its variance is at most that of \
+            64 jittered cells, for independent numbers that of independent numbers.",
+    source: "variances by quadrature over the square and over its 8 by 8 cells; chi-square of the squared errors",
+    check: variance,
+}];
+
+/// Samples per estimate: 8 by 8 cells.
+const SAMPLES: u32 = 64;
+const CELLS: usize = 8;
+
+fn integrand(u: DVec2) -> f64 {
+    (PI * u.x).sin() * (0.5 + u.y) + 0.3 * u.x
+}
+
+/// `∫ sin πx dx = 2/π`, and 1 and 1/2 for the other factors.
+const INTEGRAL: f64 = FRAC_2_PI + 0.15;
+
+/// The variance of a single sample, uniform in one of so many cells on a side, averaged over these, by the midpoint rule.
+fn variance_within(cells: usize) -> f64 {
+    const N: usize = 512;
+    let per_cell = N / cells;
+    let one_cell = |cell: usize| {
+        let point = |k: usize| {
+            let column = cell % cells * per_cell + k % per_cell;
+            let row = cell / cells * per_cell + k / per_cell;
+            integrand(DVec2::new(column as f64 + 0.5, row as f64 + 0.5) / N as f64)
+        };
+        let moments: Moments = (0..per_cell * per_cell).map(point).collect();
+        moments.m2 / moments.n as f64
+    };
+    (0..cells * cells).map(one_cell).sum::<f64>() / (cells * cells) as f64
+}
+
+fn variance(effort: Effort) -> Vec<Finding> {
+    let variances = [variance_within(1), variance_within(CELLS)].map(|variance| variance / f64::from(SAMPLES));
+    let mut findings = Vec::new();
+    for plugin in Sampler::PLUGINS {
+        let document = xml::parse_element(plugin.examples[0]).expect("examples are valid XML");
+        let sampler = Sampler::read(&document, document.root).expect("examples are valid samplers");
+        let bound = if plugin.name == "independent" { variances[0] } else { variances[1] };
+        // The pixel's own number is not the only thing that is new: so is the pass's.
+        for (what, pixels, passes) in [("pixels", effort.samples(2000), 1), ("passes", 1, effort.samples(2000))] {
+            for skipped in [0, 5] {
+                let name = format!("{}, over {what}, dimension {skipped}", plugin.name);
+                let addresses =
+                    (0..pixels).flat_map(|pixel| (0..passes).map(move |pass| (u64::from(pixel), u64::from(pass))));
+                let means: Vec<f64> = addresses.map(|address| estimate(&sampler, address, skipped)).collect();
+                findings.push(Finding::mean(format!("{name}, mean"), &means.iter().copied().collect(), INTEGRAL));
+                let z: Vec<f64> = means.iter().map(|mean| (mean - INTEGRAL) / bound.sqrt()).collect();
+                let test = Chi2::sum_of_squares(&z);
+                let statistic = format!("{:.4} of the bound", test.statistic / test.dof);
+                findings.push(Finding::test(format!("{name}, variance"), statistic, test.p));
+            }
+        }
+    }
+    findings
+}
+
+/// The mean of the integrand over one pass of one pixel, in a later pair of dimensions.
+fn estimate(sampler: &Sampler, (pixel, pass): (u64, u64), skipped: usize) -> f64 {
+    let sum: f64 = (0..SAMPLES)
+        .map(|sample| {
+            let mut numbers = sampler.numbers(&Address { seed: 70, pass, pixel, sample, samples: SAMPLES });
+            for _ in 0..skipped {
+                numbers.next_1d();
+            }
+            integrand(numbers.next_2d())
+        })
+        .sum();
+    sum / f64::from(SAMPLES)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::law::failures;
+
+    #[test]
+    fn all_laws_hold() {
+        let failed = failures(LAWS, Effort::Quick);
+        assert!(failed.is_empty(), "{}", failed.join("\n"));
+    }
+}

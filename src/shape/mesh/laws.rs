@@ -1,0 +1,164 @@
+//! What must hold for meshes beyond what holds for all shapes.
+
+use std::{fmt::Write as _, path::Path};
+
+use glam::{DAffine3, DVec3};
+
+use super::{Mesh, MeshData, Ply};
+use crate::{
+    law::{Effort, Finding, Law, worst},
+    math::{Ray, rng::Stream, warp},
+    node::xml,
+    shape::{Model, Shape, laws},
+};
+
+/// The laws of meshes.
+pub const LAWS: &[Law] = &[
+    Law {
+        name: "mesh/round-trip",
+        claim: "A mesh that was written as PLY, in ascii and in both byte orders, or as OBJ, and read as part of a scene, gives \
+                the same hits to the last bit.",
+        source: "definition",
+        check: round_trip,
+    },
+    Law {
+        name: "mesh/shading-normals",
+        claim: "Normals of any length at the vertices of a stretched octahedron, or none, give the shading normal of the ball \
+                that it stands for: M⁻¹ p where it has normals, p/|p| where they follow from the faces.",
+        source: "linear interpolation of unit normals; normals transform by M⁻ᵀ",
+        check: shading_normals,
+    },
+];
+
+/// A torus with normals and texture coordinates; every vertex is named by a face, in order.
+fn given() -> MeshData {
+    let data = laws::torus();
+    let normals = data.positions.iter().map(|p| p.map(|x| 2.0 * x + 0.1)).collect();
+    MeshData { normals: Some(normals), ..data }
+}
+
+fn round_trip(effort: Effort) -> Vec<Finding> {
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let data = given();
+    let original = Mesh::<Ply>::new(data.clone(), &DAffine3::IDENTITY, false);
+    let files: [(&str, &str, Vec<u8>); 4] = [
+        ("ascii.ply", "ply", ply_ascii(&data).into_bytes()),
+        ("little.ply", "ply", ply_binary(&data, "little", f32::to_le_bytes, u32::to_le_bytes)),
+        ("big.ply", "ply", ply_binary(&data, "big", f32::to_be_bytes, u32::to_be_bytes)),
+        ("mesh.obj", "obj", obj(&data).into_bytes()),
+    ];
+    let compare = |(name, plugin, bytes): &(&str, &str, Vec<u8>)| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).expect("a temporary folder can be written to");
+        let different = differences(&original, &read(&path, plugin), effort.samples(3000));
+        Finding::error(*name, different as f64, 0.0)
+    };
+    files.iter().map(compare).collect()
+}
+
+fn read(path: &Path, plugin: &str) -> Shape {
+    let element = format!(
+        r#"<shape type="{plugin}"><string name="filename" value="{}"/><boolean name="flip_tex_coords" value="false"/></shape>"#,
+        path.display()
+    );
+    let document = xml::parse_element(&element).expect("the element is valid XML");
+    let params = Shape::params(&document, document.root).expect("the element is a shape");
+    Shape::read_from(&params).expect("the file is a valid mesh")
+}
+
+/// How many of many rays do not meet the same point on both.
+fn differences(one: &impl Model, other: &impl Model, samples: u32) -> usize {
+    let mut stream = Stream::at(&[50]);
+    let mut ray = || {
+        let [from, to] = [0, 1].map(|_| warp::square_to_sphere(stream.next_2d()));
+        Ray::new(2.0 * from, to - 2.0 * from)
+    };
+    let differ = |ray: Ray| match (one.intersect(&ray), other.intersect(&ray)) {
+        (Some(a), Some(b)) => a != b || one.surface(&ray, &a) != other.surface(&ray, &b),
+        (a, b) => a.is_some() || b.is_some(),
+    };
+    (0..samples).filter(|_| differ(ray())).count()
+}
+
+fn numbers(data: &MeshData) -> impl Iterator<Item = [f32; 8]> {
+    let (normals, uvs) =
+        (data.normals.as_ref().expect("it has normals"), data.uvs.as_ref().expect("it has coordinates"));
+    data.positions.iter().zip(normals).zip(uvs).map(|((p, n), uv)| [p[0], p[1], p[2], n[0], n[1], n[2], uv[0], uv[1]])
+}
+
+fn ply_header(data: &MeshData, encoding: &str) -> String {
+    let properties: String =
+        ["x", "y", "z", "nx", "ny", "nz", "u", "v"].map(|name| format!("property float {name}\n")).concat();
+    format!(
+        "ply\nformat {encoding} 1.0\nelement vertex {}\n{properties}element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
+        data.positions.len(),
+        data.triangles.len()
+    )
+}
+
+fn ply_ascii(data: &MeshData) -> String {
+    let mut text = ply_header(data, "ascii");
+    let mut line = |numbers: &[String]| writeln!(text, "{}", numbers.join(" ")).expect("memory takes every text");
+    numbers(data).for_each(|vertex| line(&vertex.map(|x| x.to_string())));
+    data.triangles.iter().for_each(|[a, b, c]| line(&[3, *a, *b, *c].map(|i| i.to_string())));
+    text
+}
+
+fn ply_binary(data: &MeshData, end: &str, float: fn(f32) -> [u8; 4], index: fn(u32) -> [u8; 4]) -> Vec<u8> {
+    let mut bytes = ply_header(data, &format!("binary_{end}_endian")).into_bytes();
+    numbers(data).for_each(|vertex| bytes.extend(vertex.map(float).concat()));
+    for triangle in &data.triangles {
+        bytes.push(3);
+        bytes.extend(triangle.map(index).concat());
+    }
+    bytes
+}
+
+/// With faces that name the vertices in order first, so that these keep their numbers.
+fn obj(data: &MeshData) -> String {
+    let mut text = String::new();
+    for [x, y, z, nx, ny, nz, u, v] in numbers(data) {
+        writeln!(text, "v {x} {y} {z}\nvn {nx} {ny} {nz}\nvt {u} {v}").expect("memory takes every text");
+    }
+    for triangle in &data.triangles {
+        let [a, b, c] = triangle.map(|i| i + 1);
+        writeln!(text, "f {a}/{a}/{a} {b}/{b}/{b} {c}/{c}/{c}").expect("memory takes every text");
+    }
+    text
+}
+
+fn shading_normals(effort: Effort) -> Vec<Finding> {
+    let stretch = DVec3::new(1.5, 0.7, 0.4);
+    let plain = laws::octahedron();
+    // Of unequal lengths, in front of each vertex.
+    let normals = plain.positions.iter().enumerate().map(|(i, p)| p.map(|x| x * (0.5 + i as f32))).collect();
+    let with_normals = MeshData { normals: Some(normals), ..plain.clone() };
+    let cases = [
+        ("given", Mesh::<Ply>::new(with_normals, &DAffine3::from_scale(stretch), false), stretch),
+        ("from the faces", Mesh::<Ply>::new(plain, &DAffine3::IDENTITY, false), DVec3::ONE),
+    ];
+    worst(1e-6, |note| {
+        for (name, mesh, stretch) in &cases {
+            let mut stream = Stream::at(&[51]);
+            for _ in 0..effort.samples(1000) {
+                let from = 3.0 * warp::square_to_sphere(stream.next_2d());
+                let ray = Ray::new(from, -from);
+                let hit = mesh.intersect(&ray).expect("a ray to the middle meets the mesh");
+                let surface = mesh.surface(&ray, &hit);
+                note(name, surface.shading.n.distance((surface.p / *stretch).normalize()));
+            }
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::law::failures;
+
+    #[test]
+    fn all_laws_hold() {
+        let failed = failures(LAWS, Effort::Quick);
+        assert!(failed.is_empty(), "{}", failed.join("\n"));
+    }
+}
