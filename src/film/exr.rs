@@ -64,9 +64,11 @@ pub fn write(path: &Path, image: &Image) -> Result<(), FileError> {
     let channel =
         |(name, values): &(String, Vec<f32>)| AnyChannel::new(name.as_str(), FlatSamples::F32(values.clone()));
     let channels = AnyChannels::sort(image.channels.iter().map(channel).collect());
-    let mut header = LayerAttributes::default();
-    header.layer_position = Vec2(image.crop.x as i32, image.crop.y as i32);
-    header.software_name = Some(Text::from("etendue"));
+    let mut header = LayerAttributes {
+        layer_position: Vec2(image.crop.x as i32, image.crop.y as i32),
+        software_name: Some(Text::from("etendue")),
+        ..LayerAttributes::default()
+    };
     for (name, value) in &image.attributes {
         header.other.insert(utf8(name), AttributeValue::Text(utf8(value)));
     }

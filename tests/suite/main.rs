@@ -1,5 +1,7 @@
 //! Tests of the whole program, most of them through its command line.
 
+#![allow(clippy::unwrap_used, reason = "what fails to unwrap in a helper fails the test that called it")]
+
 mod bad_input;
 mod cli;
 mod determinism;
