@@ -24,10 +24,14 @@ impl Described for Dielectric {
         name: "dielectric",
         summary: "A smooth interface between transparent media, after Fresnel's equations.",
         params: &[
-            Param::new("int_ior", Kind::Float, "1.5046", "the index of refraction inside, a number or a name").within(Range::POSITIVE),
-            Param::new("ext_ior", Kind::Float, "1.000277", "the index of refraction outside, a number or a name").within(Range::POSITIVE),
-            Param::new("specular_reflectance", Kind::Texture, "1", "scales what is reflected; not physical").within(Range::UNIT),
-            Param::new("specular_transmittance", Kind::Texture, "1", "scales what is refracted; not physical").within(Range::UNIT),
+            Param::new("int_ior", Kind::Float, "1.5046", "the index of refraction inside, a number or a name")
+                .within(Range::POSITIVE),
+            Param::new("ext_ior", Kind::Float, "1.000277", "the index of refraction outside, a number or a name")
+                .within(Range::POSITIVE),
+            Param::new("specular_reflectance", Kind::Texture, "1", "scales what is reflected; not physical")
+                .within(Range::UNIT),
+            Param::new("specular_transmittance", Kind::Texture, "1", "scales what is refracted; not physical")
+                .within(Range::UNIT),
         ],
         examples: &[
             r#"<bsdf type="dielectric"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf>"#,

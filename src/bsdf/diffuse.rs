@@ -28,7 +28,9 @@ impl Described for Diffuse {
         category: Category::Bsdf,
         name: "diffuse",
         summary: "Lambert's ideally diffuse surface; black on its back.",
-        params: &[Param::new("reflectance", Kind::Texture, "0.5", "the share of light that is reflected").within(Range::UNIT)],
+        params: &[
+            Param::new("reflectance", Kind::Texture, "0.5", "the share of light that is reflected").within(Range::UNIT)
+        ],
         examples: &[r#"<bsdf type="diffuse"><rgb name="reflectance" value="0.8, 0.4, 0.1"/></bsdf>"#],
         evidence: &["radiometry/furnace", "radiometry/integrating-sphere"],
     };

@@ -87,7 +87,8 @@ impl Facets {
     /// hemisphere, whose projection is half a disc and half an ellipse.
     fn sample_visible_ggx(&self, wi: DVec3, u: DVec2) -> DVec3 {
         let view = (wi.truncate() * self.alpha).extend(wi.z).normalize();
-        let across = if view.truncate() == DVec2::ZERO { DVec3::X } else { DVec3::new(-view.y, view.x, 0.0).normalize() };
+        let across =
+            if view.truncate() == DVec2::ZERO { DVec3::X } else { DVec3::new(-view.y, view.x, 0.0).normalize() };
         let up = view.cross(across);
         let disc = warp::square_to_disc(u);
         let half_width = (1.0 - disc.x * disc.x).max(0.0).sqrt();

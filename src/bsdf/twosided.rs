@@ -18,7 +18,11 @@ impl Described for TwoSided {
         category: Category::Bsdf,
         name: "twosided",
         summary: "Makes the back of a surface look like its front, or like a second bsdf.",
-        params: &[Param::required("bsdf", Kind::Object(Category::Bsdf), "one or two that reflect only: front and back")],
+        params: &[Param::required(
+            "bsdf",
+            Kind::Object(Category::Bsdf),
+            "one or two that reflect only: front and back",
+        )],
         examples: &[
             r#"<bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value="0.3, 0.6, 0.9"/></bsdf></bsdf>"#,
             r#"<bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value="0.3, 0.6, 0.9"/></bsdf>

@@ -57,7 +57,10 @@ impl Compare {
 
 fn print(comparison: &Comparison) -> anyhow::Result<()> {
     let m = &comparison.metrics;
-    say(format_args!("mean {:.6} (reference {:.6}), bias {:+.3e}, RMSE {:.4e}, relative MSE {:.4e}", m.mean, m.reference_mean, m.bias, m.rmse, m.relative_mse))?;
+    say(format_args!(
+        "mean {:.6} (reference {:.6}), bias {:+.3e}, RMSE {:.4e}, relative MSE {:.4e}",
+        m.mean, m.reference_mean, m.bias, m.rmse, m.relative_mse
+    ))?;
     if let Some(verdict) = &comparison.verdict {
         print_verdict(verdict)?;
     }
@@ -69,11 +72,20 @@ fn print_verdict(verdict: &Verdict) -> anyhow::Result<()> {
     let differences = verdict.global.relative_difference.map(percent).join(", ");
     say(format_args!("global means    p = {:.4}   differences {differences}", verdict.global.p))?;
     say(format_args!("worst tile      p = {:.4}   of {} tests", verdict.peak.p, verdict.peak.tests))?;
-    say(format_args!("all tiles       p = {:.4}   chi² {:.1} of {} dof", verdict.scatter.chi2.p, verdict.scatter.chi2.statistic, verdict.scatter.chi2.dof))?;
+    say(format_args!(
+        "all tiles       p = {:.4}   chi² {:.1} of {} dof",
+        verdict.scatter.chi2.p, verdict.scatter.chi2.statistic, verdict.scatter.chi2.dof
+    ))?;
     if let Some(exact) = &verdict.deterministic {
-        say(format_args!("exact values    worst {:.2e}, allowed {:.0e}, of {}", exact.worst_relative, exact.tolerance, exact.compared))?;
+        say(format_args!(
+            "exact values    worst {:.2e}, allowed {:.0e}, of {}",
+            exact.worst_relative, exact.tolerance, exact.compared
+        ))?;
     }
-    say(format_args!("would have seen a bias of {} in the worst channel", percent(verdict.global.worst_detectable_bias)))
+    say(format_args!(
+        "would have seen a bias of {} in the worst channel",
+        percent(verdict.global.worst_detectable_bias)
+    ))
 }
 
 fn write_pictures(folder: &Path, test: &Side, reference: &[[f64; 3]], comparison: &Comparison) -> anyhow::Result<()> {

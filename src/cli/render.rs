@@ -109,15 +109,25 @@ impl Render {
     fn outputs(&self) -> anyhow::Result<Outputs> {
         let exr = self.output.clone().expect("clap asks for it");
         let png = self.png.then(|| exr.with_extension("png"));
-        anyhow::ensure!(png.as_ref() != Some(&exr), "{}: is the name of the picture; call the image .exr", exr.display());
+        anyhow::ensure!(
+            png.as_ref() != Some(&exr),
+            "{}: is the name of the picture; call the image .exr",
+            exr.display()
+        );
         for file in [Some(&exr), png.as_ref()].into_iter().flatten() {
             check_writable(file)?;
         }
         Ok(Outputs { exr, png })
     }
 
-    fn attributes(&self, document: &Document, renderer: &Renderer, pass: Pass) -> anyhow::Result<Vec<(String, String)>> {
-        let params: Vec<_> = self.source.param.iter().chain(&self.source.define).map(|(n, v)| format!("{n}={v}")).collect();
+    fn attributes(
+        &self,
+        document: &Document,
+        renderer: &Renderer,
+        pass: Pass,
+    ) -> anyhow::Result<Vec<(String, String)>> {
+        let params: Vec<_> =
+            self.source.param.iter().chain(&self.source.define).map(|(n, v)| format!("{n}={v}")).collect();
         let attributes = [
             ("etendue.version", provenance::version()),
             ("etendue.scene", self.source.scene.display().to_string()),
@@ -169,7 +179,12 @@ fn gather(renderer: &Renderer, pass: Pass) -> Image {
 
 fn replay(renderer: &Renderer, pass: Pass, [x, y, sample]: [u32; 3]) -> anyhow::Result<ExitCode> {
     let crop = renderer.scene.sensor.film.rendered();
-    anyhow::ensure!(x < crop.width && y < crop.height, "pixel {x},{y} is outside of the {} x {} film", crop.width, crop.height);
+    anyhow::ensure!(
+        x < crop.width && y < crop.height,
+        "pixel {x},{y} is outside of the {} x {} film",
+        crop.width,
+        crop.height
+    );
     anyhow::ensure!(sample < pass.samples, "sample {sample} is not among the {} of a pixel", pass.samples);
     let mut values = vec![0.0; renderer.film().stride()];
     let radiance = renderer.sample(pass, (x, y), sample, &mut values);

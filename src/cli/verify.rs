@@ -57,7 +57,9 @@ fn print(evidence: &Evidence) -> anyhow::Result<()> {
     let mark = |passed| if passed { "holds" } else { "FAILS" };
     for row in &evidence.rows {
         let number = match &row.finding.measured {
-            Measured::Value { value, expected, bound } => format!("{value:.9} (should be {expected:.9} within {bound:.1e})"),
+            Measured::Value { value, expected, bound } => {
+                format!("{value:.9} (should be {expected:.9} within {bound:.1e})")
+            }
             Measured::Test { statistic, p } => format!("p = {p:.4}, {statistic}"),
         };
         say(format_args!("{}  {:<28} {}: {number}", mark(row.passed), row.name, row.finding.subject))?;
@@ -76,6 +78,11 @@ fn print(evidence: &Evidence) -> anyhow::Result<()> {
             scene.seconds
         ))?;
     }
-    let failed = evidence.rows.iter().filter(|row| !row.passed).count() + evidence.scenes.iter().filter(|s| !s.passed).count();
-    say(format_args!("{} rows, {failed} failed, {:.0} s", evidence.rows.len() + evidence.scenes.len(), evidence.seconds))
+    let failed =
+        evidence.rows.iter().filter(|row| !row.passed).count() + evidence.scenes.iter().filter(|s| !s.passed).count();
+    say(format_args!(
+        "{} rows, {failed} failed, {:.0} s",
+        evidence.rows.len() + evidence.scenes.len(),
+        evidence.seconds
+    ))
 }

@@ -12,7 +12,9 @@ use serde::{Deserialize, Serialize};
 use crate::{
     film::{Image, VARIANCE, exr::FileError},
     render::{Pass, Renderer},
-    stats::{DeterministicCheck, Outcome, PixelMeans, TiledMeans, TilesError, Tiling, Verdict, VerdictConfig, VerdictError},
+    stats::{
+        DeterministicCheck, Outcome, PixelMeans, TiledMeans, TilesError, Tiling, Verdict, VerdictConfig, VerdictError,
+    },
 };
 
 /// The edge of a tile in pixels.

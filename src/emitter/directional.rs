@@ -32,7 +32,9 @@ impl Described for Directional {
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
         let direction = match params.optional_point("direction")? {
             Some(_) if params.find("to_world").is_some() => {
-                return Err(params.error("direction", "a directional light has both \"direction\" and \"to_world\"").hint("give one"));
+                return Err(params
+                    .error("direction", "a directional light has both \"direction\" and \"to_world\"")
+                    .hint("give one"));
             }
             Some(direction) => direction,
             None => params.transform("to_world")?.transform_vector3(DVec3::Z),

@@ -24,7 +24,9 @@ impl Described for Point {
             Param::optional("to_world", Kind::Transform, "the identity", "where its origin goes, instead of position"),
             Param::new("intensity", Kind::Rgb, "1", "its intensity in W/sr").within(Range::LIGHT),
         ],
-        examples: &[r#"<emitter type="point"><point name="position" x="1" y="2" z="-1"/><rgb name="intensity" value="3, 2, 1"/></emitter>"#],
+        examples: &[
+            r#"<emitter type="point"><point name="position" x="1" y="2" z="-1"/><rgb name="intensity" value="3, 2, 1"/></emitter>"#,
+        ],
         evidence: &["radiometry/point-light", "radiometry/integrating-sphere"],
     };
 
@@ -32,7 +34,9 @@ impl Described for Point {
         let origin = params.transform("to_world")?.translation;
         let position = match params.optional_point("position")? {
             Some(_) if params.find("to_world").is_some() => {
-                return Err(params.error("position", "a point light has both \"position\" and \"to_world\"").hint("give one"));
+                return Err(params
+                    .error("position", "a point light has both \"position\" and \"to_world\"")
+                    .hint("give one"));
             }
             Some(position) => position,
             None => origin,

@@ -6,8 +6,8 @@ use std::{
 };
 
 use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, IntegerBounds, Layer, LayerAttributes, ReadChannels,
-    ReadLayers, Text, Vec2, WritableImage,
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, IntegerBounds, Layer, LayerAttributes,
+    ReadChannels, ReadLayers, Text, Vec2, WritableImage,
 };
 use glam::DVec2;
 
@@ -61,11 +61,14 @@ fn set_permissions(file: &tempfile::NamedTempFile) -> std::io::Result<()> {
 /// # Errors
 /// If the file cannot be written; then there is none.
 pub fn write(path: &Path, image: &Image) -> Result<(), FileError> {
-    let channel = |(name, values): &(String, Vec<f32>)| AnyChannel::new(name.as_str(), FlatSamples::F32(values.clone()));
+    let channel =
+        |(name, values): &(String, Vec<f32>)| AnyChannel::new(name.as_str(), FlatSamples::F32(values.clone()));
     let channels = AnyChannels::sort(image.channels.iter().map(channel).collect());
-    let mut header = LayerAttributes::default();
-    header.layer_position = Vec2(image.crop.x as i32, image.crop.y as i32);
-    header.software_name = Some(Text::from("etendue"));
+    let mut header = LayerAttributes {
+        layer_position: Vec2(image.crop.x as i32, image.crop.y as i32),
+        software_name: Some(Text::from("etendue")),
+        ..LayerAttributes::default()
+    };
     for (name, value) in &image.attributes {
         header.other.insert(utf8(name), AttributeValue::Text(utf8(value)));
     }
@@ -101,7 +104,8 @@ pub fn read(path: &Path) -> Result<Image, FileError> {
     };
     let mut channels: Vec<_> =
         layer.channel_data.list.into_iter().map(|c| (c.name.to_string(), values(c.sample_data))).collect();
-    channels.sort_by_key(|(name, _)| (["R", "G", "B"].iter().position(|known| known == name).unwrap_or(3), name.clone()));
+    channels
+        .sort_by_key(|(name, _)| (["R", "G", "B"].iter().position(|known| known == name).unwrap_or(3), name.clone()));
     let text = |(name, value): (&Text, &AttributeValue)| match value {
         AttributeValue::Text(text) => Some((name.to_string(), String::from_utf8_lossy(text.as_slice()).into_owned())),
         _ => None,

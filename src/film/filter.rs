@@ -76,7 +76,10 @@ impl Described for Gaussian {
         name: "gaussian",
         summary: "A Gaussian bell of four standard deviations; the default.",
         params: &[Param::new("stddev", Kind::Float, "0.5", "the standard deviation in pixels").within(Range::POSITIVE)],
-        examples: &[r#"<rfilter type="gaussian"/>"#, r#"<rfilter type="gaussian"><float name="stddev" value="0.8"/></rfilter>"#],
+        examples: &[
+            r#"<rfilter type="gaussian"/>"#,
+            r#"<rfilter type="gaussian"><float name="stddev" value="0.8"/></rfilter>"#,
+        ],
         evidence: &["film/filter", "film/footprint"],
     };
 

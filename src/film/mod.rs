@@ -58,14 +58,26 @@ impl Described for HdrFilm {
         params: &[
             Param::new("width", Kind::Integer, "768", "columns").within(SIZE),
             Param::new("height", Kind::Integer, "576", "rows").within(SIZE),
-            Param::new("crop_offset_x", Kind::Integer, "0", "the first column that is rendered").within(Range::NON_NEGATIVE),
-            Param::new("crop_offset_y", Kind::Integer, "0", "the first row that is rendered").within(Range::NON_NEGATIVE),
+            Param::new("crop_offset_x", Kind::Integer, "0", "the first column that is rendered")
+                .within(Range::NON_NEGATIVE),
+            Param::new("crop_offset_y", Kind::Integer, "0", "the first row that is rendered")
+                .within(Range::NON_NEGATIVE),
             Param::optional("crop_width", Kind::Integer, "the rest", "columns that are rendered").within(SIZE),
             Param::optional("crop_height", Kind::Integer, "the rest", "rows that are rendered").within(SIZE),
             Param::new("sample_border", Kind::Boolean, "false", "whether wide filters reach beyond the crop's border"),
             Param::new("file_format", Kind::Choice(&["openexr", "rgbe", "pfm"]), "openexr", "read; files are OpenEXR"),
-            Param::new("pixel_format", Kind::Choice(&["luminance", "luminance_alpha", "rgb", "rgba", "xyz", "xyza"]), "rgb", "read; files hold RGB"),
-            Param::new("component_format", Kind::Choice(&["float16", "float32", "uint32"]), "float16", "read; files hold float32"),
+            Param::new(
+                "pixel_format",
+                Kind::Choice(&["luminance", "luminance_alpha", "rgb", "rgba", "xyz", "xyza"]),
+                "rgb",
+                "read; files hold RGB",
+            ),
+            Param::new(
+                "component_format",
+                Kind::Choice(&["float16", "float32", "uint32"]),
+                "float16",
+                "read; files hold float32",
+            ),
             Param::new("compensate", Kind::Boolean, "false", "read; sums are always exact"),
             Param::new("banner", Kind::Boolean, "true", "read; there is none"),
             Param::optional("rfilter", Kind::Object(Category::Filter), "gaussian", "the reconstruction filter"),
@@ -130,10 +142,7 @@ impl HdrFilm {
     /// Draws a position on the film, in pixels, for the pixel in column `x` and row `y` of the rendered part.
     #[must_use]
     pub fn sample(&self, x: u32, y: u32, u: DVec2) -> DVec2 {
-        DVec2::new(
-            self.along(self.crop.x, x, self.crop.width, u.x),
-            self.along(self.crop.y, y, self.crop.height, u.y),
-        )
+        DVec2::new(self.along(self.crop.x, x, self.crop.width, u.x), self.along(self.crop.y, y, self.crop.height, u.y))
     }
 
     fn along(&self, first: u32, index: u32, count: u32, u: f64) -> f64 {

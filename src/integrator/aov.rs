@@ -75,15 +75,24 @@ impl Described for Aov {
                 "layers as name:quantity, separated by commas; quantities: depth, position, uv, geo_normal, sh_normal, \
                  albedo, prim_index, shape_index, sample_count",
             ),
-            Param::optional("integrator", Kind::Object(Category::Integrator), "a black image", "the integrator that renders"),
+            Param::optional(
+                "integrator",
+                Kind::Object(Category::Integrator),
+                "a black image",
+                "the integrator that renders",
+            ),
         ],
-        examples: &[r#"<integrator type="aov"><string name="aovs" value="dd:depth,nn:sh_normal"/><integrator type="path"/></integrator>"#],
+        examples: &[
+            r#"<integrator type="aov"><string name="aovs" value="dd:depth,nn:sh_normal"/><integrator type="path"/></integrator>"#,
+        ],
         evidence: &["reference/aov-still-life", "film/aov"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
-        let layers = params.string("aovs")?.split(',').map(|item| layer(params, item.trim())).collect::<Result<_, _>>()?;
-        let child = params.child(Category::Integrator)?.map(|id| Integrator::read(params.document(), id)).transpose()?;
+        let layers =
+            params.string("aovs")?.split(',').map(|item| layer(params, item.trim())).collect::<Result<_, _>>()?;
+        let child =
+            params.child(Category::Integrator)?.map(|id| Integrator::read(params.document(), id)).transpose()?;
         Ok(Self { layers, child: child.map(Box::new) })
     }
 }

@@ -25,7 +25,8 @@ impl Described for Direct {
         name: "direct",
         summary: "Light that is scattered at most once.",
         params: &[
-            Param::new("shading_samples", Kind::Integer, "1", "samples of lights, and as many of the bsdf").within(COUNT),
+            Param::new("shading_samples", Kind::Integer, "1", "samples of lights, and as many of the bsdf")
+                .within(COUNT),
             Param::optional("emitter_samples", Kind::Integer, "shading_samples", "samples of lights").within(COUNT),
             Param::optional("bsdf_samples", Kind::Integer, "shading_samples", "samples of the bsdf").within(COUNT),
             HIDE_EMITTERS,
@@ -36,7 +37,8 @@ impl Described for Direct {
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
         let shared = params.integer("shading_samples")?;
-        let count = |name| Ok(if params.find(name).is_some() { params.integer(name)? } else { shared }.unsigned_abs() as u32);
+        let count =
+            |name| Ok(if params.find(name).is_some() { params.integer(name)? } else { shared }.unsigned_abs() as u32);
         let (emitter_samples, bsdf_samples) = (count("emitter_samples")?, count("bsdf_samples")?);
         if emitter_samples + bsdf_samples == 0 {
             return Err(SceneError::at(&params.object().place, "the integrator has no samples at all"));

@@ -16,7 +16,9 @@ pub use path::Path;
 use crate::{
     film::LayerSpec,
     math::{Ray, Rgb},
-    node::{Category, Document, Kind, Object, ObjectId, Param, Params, Place, Property, Range, SceneError, Value, catalogue},
+    node::{
+        Category, Document, Kind, Object, ObjectId, Param, Params, Place, Property, Range, SceneError, Value, catalogue,
+    },
     sampler::PathNumbers,
     scene::{Scene, Vertex},
 };
@@ -61,8 +63,9 @@ impl Model for Integrator {
 
 const HIDE_EMITTERS: Param =
     Param::new("hide_emitters", Kind::Boolean, "false", "whether the camera sees through lights, and a black sky");
-const MAX_DEPTH: Param = Param::new("max_depth", Kind::Integer, "-1", "segments of the longest path; 1 is emission only, -1 no limit")
-    .within(Range { min: -1.0, max: 4_294_967_295.0, open: false });
+const MAX_DEPTH: Param =
+    Param::new("max_depth", Kind::Integer, "-1", "segments of the longest path; 1 is emission only, -1 no limit")
+        .within(Range { min: -1.0, max: 4_294_967_295.0, open: false });
 const RR_DEPTH: Param = Param::new("rr_depth", Kind::Integer, "5", "segments after which Russian roulette begins")
     .within(Range { min: 1.0, max: 4_294_967_295.0, open: false });
 

@@ -48,11 +48,7 @@ impl Ray {
     /// The same ray seen from another space, with the same parameter `t`.
     #[must_use]
     pub fn transformed(&self, map: &DAffine3) -> Self {
-        Self {
-            origin: map.transform_point3(self.origin),
-            direction: map.transform_vector3(self.direction),
-            ..*self
-        }
+        Self { origin: map.transform_point3(self.origin), direction: map.transform_vector3(self.direction), ..*self }
     }
 
     /// Whether a hit at `t` counts.

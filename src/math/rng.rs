@@ -17,7 +17,9 @@ pub fn mix(mut x: u64) -> u64 {
 /// A hash of a sequence of numbers; sequences that differ anywhere have unrelated hashes.
 #[must_use]
 pub fn hash(parts: &[u64]) -> u64 {
-    parts.iter().fold(0x9e37_79b9_7f4a_7c15, |h, &part| mix(h.rotate_left(23).wrapping_add(0x9e37_79b9_7f4a_7c15) ^ mix(part)))
+    parts
+        .iter()
+        .fold(0x9e37_79b9_7f4a_7c15, |h, &part| mix(h.rotate_left(23).wrapping_add(0x9e37_79b9_7f4a_7c15) ^ mix(part)))
 }
 
 /// A stream of uniform numbers at an address.

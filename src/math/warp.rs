@@ -12,11 +12,8 @@ pub fn square_to_disc(u: DVec2) -> DVec2 {
     if p == DVec2::ZERO {
         return DVec2::ZERO;
     }
-    let (r, phi) = if p.x.abs() > p.y.abs() {
-        (p.x, FRAC_PI_4 * (p.y / p.x))
-    } else {
-        (p.y, FRAC_PI_2 - FRAC_PI_4 * (p.x / p.y))
-    };
+    let (r, phi) =
+        if p.x.abs() > p.y.abs() { (p.x, FRAC_PI_4 * (p.y / p.x)) } else { (p.y, FRAC_PI_2 - FRAC_PI_4 * (p.x / p.y)) };
     let (sin, cos) = phi.sin_cos();
     r * DVec2::new(cos, sin)
 }

@@ -2,7 +2,10 @@ use std::{cell::RefCell, path::PathBuf};
 
 use glam::{DAffine3, DVec3};
 
-use super::{Category, Document, Kind, Object, ObjectId, Param, Plugin, Preset, Property, Range, SceneError, Spectrum, Value, plugin::number};
+use super::{
+    Category, Document, Kind, Object, ObjectId, Param, Plugin, Preset, Property, Range, SceneError, Spectrum, Value,
+    plugin::number,
+};
 use crate::math::Rgb;
 
 /// A plugin's view of its own element: reads parameters by the plugin's table, checks type and range, fills in the
@@ -30,7 +33,12 @@ impl<'d> Params<'d> {
     ) -> Result<Self, SceneError> {
         let object = document.object(id);
         if object.category != category {
-            let what = format!("{} \"{}\" stands where {} belongs", object.category, object.plugin, with_article(category.tag()));
+            let what = format!(
+                "{} \"{}\" stands where {} belongs",
+                object.category,
+                object.plugin,
+                with_article(category.tag())
+            );
             return Err(SceneError::at(&object.place, what));
         }
         let Some(plugin) = plugins.iter().find(|plugin| plugin.name == object.plugin) else {

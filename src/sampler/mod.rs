@@ -77,10 +77,11 @@ catalogue! { ($)
 }
 
 /// The samples per pixel that a scene asks for.
-const SAMPLE_COUNT: Param = Param::new("sample_count", Kind::Integer, "4", "samples a pixel")
-    .within(Range { min: 1.0, max: 1e9, open: false });
+const SAMPLE_COUNT: Param =
+    Param::new("sample_count", Kind::Integer, "4", "samples a pixel").within(Range { min: 1.0, max: 1e9, open: false });
 /// Read as in Mitsuba; `--seed` goes before it.
-const SEED: Param = Param::new("seed", Kind::Integer, "0", "the seed, unless the command line gives one").within(Range::NON_NEGATIVE);
+const SEED: Param =
+    Param::new("seed", Kind::Integer, "0", "the seed, unless the command line gives one").within(Range::NON_NEGATIVE);
 
 /// What every sampler answers.
 pub trait Model {

@@ -2,7 +2,6 @@
 
 mod build;
 
-
 use glam::{DVec2, DVec3};
 
 use crate::{

@@ -73,25 +73,41 @@ impl Sensor {
 fn read_film(params: &Params<'_>) -> Result<HdrFilm, SceneError> {
     match params.child(Category::Film)? {
         Some(id) => Ok(FilmPlugin::read(params.document(), id)?.format().clone()),
-        None => Err(SceneError::at(&params.object().place, "the sensor has no film").hint("give it a <film type=\"hdrfilm\">")),
+        None => {
+            Err(SceneError::at(&params.object().place, "the sensor has no film")
+                .hint("give it a <film type=\"hdrfilm\">"))
+        }
     }
 }
 
 /// The parameters that both cameras share.
-const FOV: Param = Param::optional("fov", Kind::Float, "focal_length", "the field of view in degrees")
-    .within(Range { min: 1e-6, max: 180.0 - 1e-6, open: false });
-const FOCAL_LENGTH: Param =
-    Param::optional("focal_length", Kind::String, "50mm", "the focal length of a 35 mm camera, such as 50mm, instead of fov");
+const FOV: Param = Param::optional("fov", Kind::Float, "focal_length", "the field of view in degrees").within(Range {
+    min: 1e-6,
+    max: 180.0 - 1e-6,
+    open: false,
+});
+const FOCAL_LENGTH: Param = Param::optional(
+    "focal_length",
+    Kind::String,
+    "50mm",
+    "the focal length of a 35 mm camera, such as 50mm, instead of fov",
+);
 const FOV_AXIS: Param = Param::new(
     "fov_axis",
     Kind::Choice(&["x", "y", "diagonal", "smaller", "larger"]),
     "x",
     "along which side of the film the field of view is measured",
 );
-const NEAR_CLIP: Param = Param::new("near_clip", Kind::Float, "0.01", "nothing nearer is seen, in depth").within(Range::LENGTH);
-const FAR_CLIP: Param = Param::new("far_clip", Kind::Float, "10000", "nothing farther is seen, in depth").within(Range::POSITIVE);
-const TO_WORLD: Param =
-    Param::optional("to_world", Kind::Transform, "the identity", "the camera's place; it looks along +z, +x being left");
+const NEAR_CLIP: Param =
+    Param::new("near_clip", Kind::Float, "0.01", "nothing nearer is seen, in depth").within(Range::LENGTH);
+const FAR_CLIP: Param =
+    Param::new("far_clip", Kind::Float, "10000", "nothing farther is seen, in depth").within(Range::POSITIVE);
+const TO_WORLD: Param = Param::optional(
+    "to_world",
+    Kind::Transform,
+    "the identity",
+    "the camera's place; it looks along +z, +x being left",
+);
 const FILM: Param = Param::required("film", Kind::Object(Category::Film), "the film");
 const SAMPLER: Param = Param::optional("sampler", Kind::Object(Category::Sampler), "independent", "the sampler");
 
@@ -126,7 +142,9 @@ impl Projection {
         let focal_length = params.optional_string(FOCAL_LENGTH.name)?;
         let (tangent, axis) = match (fov, focal_length) {
             (Some(_), Some(_)) => {
-                return Err(params.error(FOCAL_LENGTH.name, "the sensor has both \"fov\" and \"focal_length\"").hint("give one"));
+                return Err(params
+                    .error(FOCAL_LENGTH.name, "the sensor has both \"fov\" and \"focal_length\"")
+                    .hint("give one"));
             }
             (Some(fov), None) => ((0.5 * fov.to_radians()).tan(), params.string(FOV_AXIS.name)?),
             // A 35 mm film is 36 mm by 24 mm; the diagonal is what is kept.

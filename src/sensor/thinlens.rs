@@ -21,7 +21,8 @@ impl Described for ThinLens {
         summary: "A camera with an ideal thin lens, for depth of field.",
         params: &[
             Param::required("aperture_radius", Kind::Float, "the radius of the lens").within(Range::LENGTH),
-            Param::optional("focus_distance", Kind::Float, "far_clip", "the depth of the plane that is sharp").within(Range::LENGTH),
+            Param::optional("focus_distance", Kind::Float, "far_clip", "the depth of the plane that is sharp")
+                .within(Range::LENGTH),
             FOV,
             FOCAL_LENGTH,
             FOV_AXIS,
@@ -31,8 +32,10 @@ impl Described for ThinLens {
             FILM,
             SAMPLER,
         ],
-        examples: &[r#"<sensor type="thinlens"><float name="aperture_radius" value="0.1"/><float name="focus_distance" value="3"/>
-            <film type="hdrfilm"/></sensor>"#],
+        examples: &[
+            r#"<sensor type="thinlens"><float name="aperture_radius" value="0.1"/><float name="focus_distance" value="3"/>
+            <film type="hdrfilm"/></sensor>"#,
+        ],
         evidence: &["sensor/projection", "sensor/blur-disc", "reference/torus-thinlens"],
     };
 

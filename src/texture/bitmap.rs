@@ -35,8 +35,18 @@ impl Described for Bitmap {
         summary: "A picture from a PNG, JPEG or EXR file.",
         params: &[
             Param::required("filename", Kind::File, "the picture"),
-            Param::new("filter_type", Kind::Choice(&["bilinear", "nearest"]), "bilinear", "how texels are interpolated"),
-            Param::new("wrap_mode", Kind::Choice(&["repeat", "mirror", "clamp"]), "repeat", "what lies outside [0, 1]²"),
+            Param::new(
+                "filter_type",
+                Kind::Choice(&["bilinear", "nearest"]),
+                "bilinear",
+                "how texels are interpolated",
+            ),
+            Param::new(
+                "wrap_mode",
+                Kind::Choice(&["repeat", "mirror", "clamp"]),
+                "repeat",
+                "what lies outside [0, 1]²",
+            ),
             Param::new("raw", Kind::Boolean, "false", "whether 8 and 16 bit pictures hold linear numbers, not sRGB"),
             Param::optional("to_uv", Kind::Transform, "the identity", "a map of the uv plane"),
         ],
@@ -141,7 +151,10 @@ mod tests {
     fn outside_the_unit_square() {
         let value = |wrap, u| two_by_one(true, wrap).eval(DVec2::new(u, 0.5)).x;
         assert_eq!((value(Wrap::Repeat, 1.25), value(Wrap::Mirror, 1.25), value(Wrap::Clamp, 1.25)), (0.0, 1.0, 1.0));
-        assert_eq!((value(Wrap::Repeat, -0.25), value(Wrap::Mirror, -0.25), value(Wrap::Clamp, -0.25)), (1.0, 0.0, 0.0));
+        assert_eq!(
+            (value(Wrap::Repeat, -0.25), value(Wrap::Mirror, -0.25), value(Wrap::Clamp, -0.25)),
+            (1.0, 0.0, 0.0)
+        );
     }
 
     #[test]

@@ -52,7 +52,8 @@ mod tests {
 
     #[test]
     fn the_squares_lie_as_in_mitsuba() {
-        let board = Checkerboard { colours: [Rgb::X, Rgb::Y], to_uv: DAffine3::from_scale(glam::DVec3::new(2.0, 1.0, 1.0)) };
+        let board =
+            Checkerboard { colours: [Rgb::X, Rgb::Y], to_uv: DAffine3::from_scale(glam::DVec3::new(2.0, 1.0, 1.0)) };
         assert_eq!(board.eval(DVec2::new(0.1, 0.1)), Rgb::X);
         assert_eq!(board.eval(DVec2::new(0.3, 0.1)), Rgb::Y);
         assert_eq!(board.eval(DVec2::new(0.3, 0.7)), Rgb::X);

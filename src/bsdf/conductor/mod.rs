@@ -29,12 +29,14 @@ const INDEX: Range = Range { min: 0.0, max: 1e6, open: false };
 /// The parameters of [`ComplexIndex::read`].
 pub(super) const MATERIAL: Param =
     Param::new("material", Kind::String, "none", "a name (Au, Ag, Al, Cu, ...), or none: a perfect mirror");
-pub(super) const ETA: Param = Param::optional("eta", Kind::Rgb, "taken from the material", "the real part of the index, linear RGB")
-    .within(INDEX);
-pub(super) const K: Param = Param::optional("k", Kind::Rgb, "taken from the material", "the imaginary part, linear RGB")
-    .within(INDEX);
+pub(super) const ETA: Param =
+    Param::optional("eta", Kind::Rgb, "taken from the material", "the real part of the index, linear RGB")
+        .within(INDEX);
+pub(super) const K: Param =
+    Param::optional("k", Kind::Rgb, "taken from the material", "the imaginary part, linear RGB").within(INDEX);
 pub(super) const SPECULAR_REFLECTANCE: Param =
-    Param::new("specular_reflectance", Kind::Texture, "1", "scales what is reflected; not physical").within(Range::UNIT);
+    Param::new("specular_reflectance", Kind::Texture, "1", "scales what is reflected; not physical")
+        .within(Range::UNIT);
 
 impl ComplexIndex {
     /// Reads `eta` and `k`, both or none, or else `material`.
@@ -43,7 +45,9 @@ impl ComplexIndex {
         match given {
             [true, true] => Ok(Self { eta: params.rgb(ETA.name)?, k: params.rgb(K.name)? }),
             [false, false] => Self::named(params),
-            _ => Err(SceneError::at(&params.object().place, "of \"eta\" and \"k\" only one is given").hint("give both")),
+            _ => {
+                Err(SceneError::at(&params.object().place, "of \"eta\" and \"k\" only one is given").hint("give both"))
+            }
         }
     }
 

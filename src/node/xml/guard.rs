@@ -56,9 +56,10 @@ impl<'t> Guard<'t> {
         } else if rest.starts_with("<!") {
             Err((start, Fault::new("a document type declaration is not read").hint("remove it; scenes need none")))
         } else if rest.starts_with("</") {
-            self.open.pop();
             self.at = start + 2;
-            Ok(Some(()))
+            let tag = self.word();
+            let closes = self.open.pop().is_some_and(|(_, open)| open == tag);
+            Ok(closes.then_some(()))
         } else {
             self.tag(start)
         }

@@ -1,0 +1,356 @@
+//! The command line: what it reads, what it writes, and with which code it ends.
+
+use std::{fs, path::Path};
+
+use ::exr::prelude::{MetaData, SampleType};
+use etendue::{
+    catalogue,
+    film::{Image, VARIANCE, exr},
+    node::Preset,
+    provenance,
+};
+
+use crate::kit::{self, Folder, bits, run};
+
+#[test]
+fn help_names_the_exit_codes_and_every_option() {
+    let options: [(&str, &[&str]); 5] = [
+        ("", &["render", "compare", "verify", "plugins", "--version"]),
+        (
+            "render",
+            &[
+                "-D",
+                "--integrator",
+                "--param",
+                "--spp",
+                "--seed",
+                "--threads",
+                "--output",
+                "--png",
+                "--exposure",
+                "--replay",
+            ],
+        ),
+        ("compare", &["--json", "--pictures"]),
+        ("verify", &["--only", "--full", "--threads", "--root"]),
+        ("plugins", &["[FILTER]"]),
+    ];
+    for (command, options) in options {
+        let said = run(&mut Folder::new().etendue(&format!("{command} --help")));
+        assert_eq!(said.code, Some(0));
+        for word in options.iter().copied().chain(["Exit codes:", "0  good", "1  a verdict failed", "2  bad input"]) {
+            assert!(said.out.contains(word), "{command} --help does not mention {word}:\n{}", said.out);
+        }
+    }
+}
+
+#[test]
+fn images_say_how_they_were_made() {
+    let folder = Folder::with_scene(&kit::ball());
+    let image = folder.render("--spp 3 --seed 18446744073709551615 --param max_depth=3");
+    let meta = MetaData::read_from_file(folder.path("image.exr"), true).unwrap();
+    let types: Vec<_> = meta.headers[0].channels.list.iter().map(|c| (c.name.to_string(), c.sample_type)).collect();
+    let expected = ["B", "G", "R", VARIANCE[2], VARIANCE[1], VARIANCE[0]];
+    assert_eq!(types, expected.map(|name| (name.to_owned(), SampleType::F32)), "files are sorted by name");
+    assert_eq!(image.channels.iter().map(|(name, _)| name.as_str()).take(3).collect::<Vec<_>>(), ["R", "G", "B"]);
+
+    let document = etendue::node::xml::read(&folder.path("scene.xml"), &[]).unwrap();
+    let header = [
+        ("version", provenance::version()),
+        ("scene", "scene.xml".into()),
+        ("scene_sha256", provenance::scene_hash(&document).unwrap()),
+        ("integrator", "path".into()),
+        ("parameters", "max_depth=3".into()),
+        ("spp", "3".into()),
+        ("seed", u64::MAX.to_string()),
+    ];
+    for (name, value) in header {
+        assert_eq!(image.attribute(&format!("etendue.{name}")), Some(value.as_str()), "{name}");
+    }
+    assert!(provenance::version().starts_with(env!("CARGO_PKG_VERSION")));
+    let seconds: f64 = image.attribute("etendue.seconds").unwrap().parse().unwrap();
+    assert!((0.0..60.0).contains(&seconds));
+}
+
+#[test]
+fn names_may_have_any_letters() {
+    let folder = Folder::new();
+    folder.write("Bücher/場面.xml", kit::ball());
+    folder.etendue("render Bücher/場面.xml -o Bücher/絵.exr --spp 1 --png").assert().success();
+    let image = exr::read(&folder.path("Bücher/絵.exr")).unwrap();
+    assert_eq!(image.attribute("etendue.scene"), Some("Bücher/場面.xml"));
+    assert!(folder.path("Bücher/絵.png").exists());
+}
+
+#[test]
+fn definitions_reach_the_scene() {
+    let shape = r#"<default name="r" value="1"/><shape type="sphere"><float name="radius" value="$r"/></shape>"#;
+    let folder = Folder::with_scene(&kit::scene(shape));
+    let preset = folder.render("-D r=1");
+    assert_eq!(bits(&preset), bits(&folder.render("")));
+    assert_ne!(bits(&preset), bits(&folder.render("-D r=0.5")));
+}
+
+/// The image of a folder's scene with another integrator written into it.
+fn written(integrator: &str) -> Image {
+    let text = kit::scene(FURNISHED).replace(kit::INTEGRATOR, integrator);
+    Folder::with_scene(&text).render("--spp 4")
+}
+
+const FURNISHED: &str = r#"<shape type="sphere"/><shape type="rectangle">
+    <transform name="to_world"><scale value="3"/><translate z="-1"/></transform></shape>"#;
+
+#[test]
+fn options_change_the_integrator() {
+    let deep = r#"<integrator type="path"><integer name="max_depth" value="3"/><integer name="rr_depth" value="1"/></integrator>"#;
+    let wrapped = format!(r#"<integrator type="moment">{deep}</integrator>"#);
+    let cases = [
+        // What is written in the scene, the options, and what the scene could have said instead.
+        (deep, "--param max_depth=2", deep.replace('3', "2")),
+        (deep, "--param hide_emitters=true", deep.replace("</", r#"<boolean name="hide_emitters" value="true"/></"#)),
+        (deep, "--integrator depth", r#"<integrator type="depth"/>"#.into()),
+        (deep, "--integrator direct --param hide_emitters=true", DIRECT.into()),
+        (r#"<integrator type="depth"/>"#, "--integrator path --param max_depth=3 --param rr_depth=1", deep.into()),
+        (&wrapped, "--integrator path", deep.into()),
+        ("", "--integrator path --param max_depth=3 --param rr_depth=1", deep.into()),
+    ];
+    for (own, options, instead) in cases {
+        let folder = Folder::with_scene(&kit::scene(FURNISHED).replace(kit::INTEGRATOR, own));
+        let image = folder.render(&format!("--spp 4 {options}"));
+        assert_eq!(bits(&image), bits(&written(&instead)), "{own} {options}");
+    }
+    assert_ne!(bits(&written(deep)), bits(&written(&deep.replace('3', "2"))), "the cases above can fail");
+}
+
+const DIRECT: &str = r#"<integrator type="direct"><boolean name="hide_emitters" value="true"/></integrator>"#;
+
+#[test]
+fn another_integrator_keeps_both_depths() {
+    let scene = r#"<integrator type="path"><integer name="max_depth" value="3"/><integer name="rr_depth" value="1"/></integrator>"#;
+    let folder = Folder::with_scene(&kit::scene(FURNISHED).replace(kit::INTEGRATOR, scene));
+    let image = folder.render("--spp 4 --integrator path");
+    assert_eq!(image.attribute("etendue.integrator"), Some("path"));
+    assert_eq!(bits(&image), bits(&written(scene)));
+    for (name, value) in [("max_depth", "4"), ("rr_depth", "2")] {
+        let other = folder.render(&format!("--spp 4 --param {name}={value}"));
+        assert_ne!(bits(&image), bits(&other), "{name} matters in this scene");
+    }
+}
+
+#[test]
+fn pictures_lie_beside_the_image() {
+    let folder = Folder::with_scene(&kit::ball());
+    let grey = |options: &str| {
+        folder.render(&format!("--png {options}"));
+        let picture = image::open(folder.path("image.png")).unwrap().into_rgb8();
+        assert_eq!(picture.dimensions(), (16, 12));
+        picture.pixels().map(|p| u64::from(p.0[1])).sum::<u64>()
+    };
+    let (automatic, darker, brighter) = (grey(""), grey("--exposure -3"), grey("--exposure 0.5"));
+    assert!(darker < automatic && darker < brighter);
+    // Green of the sky, times 2^-1: sRGB(0.35) = 160.
+    folder.render("--png --exposure -1");
+    let picture = image::open(folder.path("image.png")).unwrap().into_rgb8();
+    assert_eq!(picture.get_pixel(0, 0).0[1], 160);
+}
+
+#[test]
+fn wrapping_integrators_add_layers() {
+    let aov = r#"<integrator type="aov"><string name="aovs" value="d:depth, n:sh_normal, c:sample_count"/>
+        <integrator type="moment"><integrator type="path"/></integrator></integrator>"#;
+    let folder = Folder::with_scene(&kit::ball().replace(kit::INTEGRATOR, aov));
+    let image = folder.render("--spp 8");
+    let names: Vec<_> = image.channels.iter().map(|(name, _)| name.as_str()).collect();
+    for name in ["R", "G", "B", "d.T", "n.X", "n.Y", "n.Z", "c.N", "m2.R", "m2.G", "m2.B", VARIANCE[0]] {
+        assert!(names.contains(&name), "{name} is not among {names:?}");
+    }
+    assert!(image.channel("c.N").unwrap().iter().all(|&n| n == 8.0));
+    // The camera stands 5 from the middle of the unit ball, and depth counts from the near plane.
+    let middle = 6 * 16 + 8;
+    assert!((image.channel("d.T").unwrap()[middle] - 3.99).abs() < 0.05);
+    assert!(image.channel("n.Z").unwrap()[middle] > 0.95);
+    // E[x²] = E[x]² + (n - 1) Var[mean].
+    for (m2, (mean, variance)) in [("m2.R", ("R", VARIANCE[0])), ("m2.B", ("B", VARIANCE[2]))] {
+        let plane = |name| f64::from(image.channel(name).unwrap()[middle]);
+        let expected = plane(mean).powi(2) + 7.0 * plane(variance);
+        assert!((plane(m2) - expected).abs() < 1e-6, "{m2}: {} {expected}", plane(m2));
+    }
+}
+
+#[test]
+fn plugins_lists_everything() {
+    let text = run(&mut Folder::new().etendue("plugins")).out;
+    for plugin in catalogue::plugins() {
+        let head = format!("{} {}\n    {}\n", plugin.category, plugin.name, plugin.summary);
+        let (_, after) = text.split_once(&head).unwrap_or_else(|| panic!("{head} is missing"));
+        let page = after.split("\n\n").next().unwrap();
+        for param in plugin.params {
+            let row = page.lines().find(|line| line.trim_start().starts_with(&format!("{} ", param.name)));
+            let row = row.unwrap_or_else(|| panic!("{head} lacks {}", param.name));
+            let preset = match param.preset {
+                Preset::Required => "required",
+                Preset::Absent(text) | Preset::Value(text) => text,
+            };
+            assert!(row.contains(preset) && row.contains(param.about), "{row}");
+        }
+    }
+}
+
+#[test]
+fn plugins_can_be_filtered() {
+    let heads = |filter| {
+        let said = run(&mut Folder::new().etendue(&format!("plugins {filter}")));
+        let heads = said.out.lines().filter(|line| !line.starts_with(' ') && !line.is_empty());
+        (said.code, heads.map(str::to_owned).collect::<Vec<_>>())
+    };
+    assert_eq!(heads("ldsam"), (Some(0), vec!["sampler ldsampler".into()]));
+    assert_eq!(heads("sensor"), (Some(0), vec!["sensor perspective".into(), "sensor thinlens".into()]));
+    assert_eq!(heads("nothing"), (Some(2), vec![]));
+}
+
+#[test]
+fn a_reader_may_leave_early() {
+    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("etendue"));
+    let mut child = command.arg("plugins").stdout(std::process::Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+}
+
+/// All of the film shows a surface under two lamps, of which each sample sees one: every pixel has noise.
+fn noisy() -> String {
+    kit::scene_of(&[
+        r#"<integrator type="direct"/>"#,
+        kit::SENSOR,
+        r#"<shape type="rectangle"><transform name="to_world"><scale value="9"/></transform></shape>"#,
+        r#"<shape type="sphere"><point name="center" x="0" y="0" z="9"/><emitter type="area"/></shape>"#,
+        r#"<emitter type="point"><point name="position" x="2" y="3" z="8"/></emitter>"#,
+    ])
+}
+
+/// Writes `image.exr` under another name, after a change.
+fn changed(folder: &Folder, name: &str, change: impl Fn(&str, f32) -> f32) {
+    let mut image = exr::read(&folder.path("image.exr")).unwrap();
+    for (channel, values) in &mut image.channels {
+        values.iter_mut().for_each(|value| *value = change(channel, *value));
+    }
+    exr::write(&folder.path(name), &image).unwrap();
+}
+
+#[test]
+fn compare_agrees_differs_and_asks_for_samples() {
+    let folder = Folder::with_scene(&noisy());
+    folder.render("--spp 8192 --seed 1");
+    changed(&folder, "reference.exr", |_, x| x);
+    folder.render("--spp 8192 --seed 2");
+    changed(&folder, "brighter.exr", |name, x| if VARIANCE.contains(&name) { x * 1.005 * 1.005 } else { x * 1.005 });
+    changed(&folder, "mute.exr", |name, x| if VARIANCE.contains(&name) { f32::INFINITY } else { x });
+    folder.etendue("render scene.xml -o short.exr --spp 2").assert().success();
+    let cases = [
+        ("image.exr", 0, "agrees"),
+        ("brighter.exr", 1, "differs"),
+        ("short.exr", 1, "undecided (not enough samples: needs about "),
+        ("mute.exr", 1, "undecided: an image has no variances to test by"),
+    ];
+    for (test, code, conclusion) in cases {
+        let said = run(&mut folder.etendue(&format!("compare {test} reference.exr")));
+        assert_eq!(said.code, Some(code), "{test}: {}{}", said.out, said.err);
+        assert!(said.out.lines().last().unwrap().starts_with(conclusion), "{test}: {}", said.out);
+    }
+}
+
+#[test]
+fn the_samples_that_compare_asks_for_are_enough() {
+    let folder = Folder::with_scene(&noisy());
+    folder.render("--spp 16384 --seed 1");
+    changed(&folder, "reference.exr", |_, x| x);
+    let judge = |spp: u32| {
+        folder.render(&format!("--spp {spp} --seed 2"));
+        run(&mut folder.etendue("compare image.exr reference.exr")).out
+    };
+    let (_, needed) = judge(4).split_once("needs about ").map(|(a, b)| (a.to_owned(), b.to_owned())).unwrap();
+    let needed: u32 = needed.split_whitespace().next().unwrap().parse().unwrap();
+    assert!((8..16384).contains(&needed), "{needed}");
+    // The need is estimated from few samples; half as many again are surely enough.
+    assert!(judge(needed * 3 / 2).ends_with("agrees\n"));
+}
+
+#[test]
+fn compare_writes_json_and_pictures() {
+    let folder = Folder::with_scene(&noisy());
+    folder.render("--spp 64");
+    let said = run(&mut folder.etendue("compare image.exr image.exr --json --pictures a/b"));
+    let json: serde_json::Value = serde_json::from_str(&said.out).unwrap();
+    assert_eq!(json["metrics"]["rmse"], 0.0);
+    assert_eq!(json["spp"], 64);
+    for name in ["test", "reference", "difference", "p-values"] {
+        let picture = image::open(folder.path("a/b").join(name).with_extension("png")).unwrap();
+        assert_eq!((picture.width(), picture.height()), (16, 12), "{name}");
+    }
+}
+
+/// A root with one scene and its reference.
+fn small_root() -> Folder {
+    let folder = Folder::new();
+    let copy = |from: &str| folder.write(from, fs::read(kit::root().join(from)).unwrap());
+    copy("assets/scenes/depth-crop.xml");
+    for file in ["PROVENANCE.toml", "reference.exr", "tiles.npy"] {
+        copy(&format!("reference/depth-crop/{file}"));
+    }
+    for mesh in fs::read_dir(kit::root().join("assets/meshes")).unwrap() {
+        copy(&format!("assets/meshes/{}", mesh.unwrap().file_name().to_str().unwrap()));
+    }
+    folder
+}
+
+#[test]
+fn verify_ends_with_0_1_or_2() {
+    let folder = small_root();
+    let verify = |only: &str| run(&mut folder.etendue(&format!("verify --only {only}")));
+    let said = verify("reference/*");
+    assert_eq!(said.code, Some(0), "{}{}", said.out, said.err);
+    assert!(said.out.contains("holds  reference/depth-crop") && said.out.contains("1 rows, 0 failed"), "{}", said.out);
+    assert!(folder.path("reports/verify/index.html").exists());
+
+    let said = verify("nothing/*");
+    assert_eq!((said.code, said.err.as_str()), (Some(2), "nothing is called \"nothing/*\"\n"));
+    assert_eq!(verify("[").code, Some(2));
+
+    let reference = folder.path("reference/depth-crop/reference.exr");
+    tamper(&reference);
+    let said = verify("reference/*");
+    assert_eq!(said.code, Some(1), "{}{}", said.out, said.err);
+    assert!(said.out.contains("FAILS  reference/depth-crop") && said.out.contains("1 rows, 1 failed"), "{}", said.out);
+}
+
+/// Makes an image 1 % brighter.
+fn tamper(path: &Path) {
+    let mut image = exr::read(path).unwrap();
+    for (_, values) in image.channels.iter_mut().filter(|(name, _)| ["R", "G", "B"].contains(&name.as_str())) {
+        values.iter_mut().for_each(|value| *value *= 1.01);
+    }
+    exr::write(path, &image).unwrap();
+}
+
+#[test]
+fn verify_refuses_references_that_are_stale_or_broken() {
+    for (file, what) in [
+        ("assets/scenes/depth-crop.xml", "is stale: depth-crop.xml has changed"),
+        ("reference/depth-crop/PROVENANCE.toml", "PROVENANCE.toml: "),
+        ("reference/depth-crop/reference.exr", "reference.exr: "),
+        ("reference/depth-crop/tiles.npy", "tiles.npy: "),
+    ] {
+        let folder = small_root();
+        let bytes = fs::read(folder.path(file)).unwrap();
+        if file.ends_with("xml") {
+            folder.write(file, [bytes.as_slice(), b"\n"].concat());
+        } else {
+            folder.write(file, &bytes[..bytes.len() / 3]);
+        }
+        let said = run(&mut folder.etendue("verify --only reference/*"));
+        assert_eq!((said.code, said.err.lines().count()), (Some(2), 1), "{file}: {}", said.err);
+        assert!(said.err.contains(what), "{}", said.err);
+    }
+    let said = run(&mut Folder::new().etendue("verify"));
+    assert_eq!(said.code, Some(2));
+    assert!(said.err.starts_with("./assets/scenes: "), "{}", said.err);
+}

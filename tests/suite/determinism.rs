@@ -1,0 +1,114 @@
+//! The image is a function of the scene, the seed and the number of samples, and of nothing else.
+
+use etendue::film::{Image, exr};
+
+use crate::kit::{self, Folder, bits, pixel};
+
+/// Renders a scene where it stands.
+fn rendered(folder: &Folder, scene: &std::path::Path, options: &str) -> Image {
+    let mut command = folder.etendue("render");
+    command.arg(scene).args(["-o", "image.exr"]).args(options.split_whitespace()).assert().success();
+    exr::read(&folder.path("image.exr")).unwrap()
+}
+
+#[test]
+fn threads_make_no_difference() {
+    let folder = Folder::new();
+    for scene in kit::scenes() {
+        let one = rendered(&folder, &scene, "--spp 2 --threads 1");
+        for threads in [2, 7] {
+            let other = rendered(&folder, &scene, &format!("--spp 2 --threads {threads}"));
+            assert!(bits(&one) == bits(&other), "{} differs with {threads} threads", scene.display());
+        }
+    }
+}
+
+/// A scene with every kind of randomness: lens, filter, lights, roulette.
+fn busy(sampler: &str, film: &str) -> String {
+    let sensor = format!(
+        r#"<sensor type="thinlens"><float name="aperture_radius" value="0.1"/><float name="focus_distance" value="5"/>
+        <transform name="to_world"><lookat origin="0, 1, 5" target="0, 0, 0" up="0, 1, 0"/></transform>
+        <sampler type="{sampler}"/>
+        <film type="hdrfilm"><integer name="width" value="24"/><integer name="height" value="20"/>{film}</film></sensor>"#
+    );
+    kit::scene_of(&[
+        r#"<integrator type="path"><integer name="rr_depth" value="2"/></integrator>"#,
+        &sensor,
+        kit::SKY,
+        r#"<shape type="sphere"><bsdf type="dielectric"/></shape>"#,
+        r#"<shape type="rectangle"><transform name="to_world"><scale value="3"/><translate z="-2"/></transform></shape>"#,
+        r#"<shape type="disk"><transform name="to_world"><rotate x="1" angle="90"/><translate y="3"/></transform>
+           <emitter type="area"><rgb name="radiance" value="9"/></emitter></shape>"#,
+    ])
+}
+
+const SAMPLERS: [&str; 3] = ["independent", "stratified", "ldsampler"];
+
+#[test]
+fn seeds_make_a_difference_and_threads_do_not_with_every_sampler() {
+    for sampler in SAMPLERS {
+        let folder = Folder::with_scene(&busy(sampler, ""));
+        let image = |options: &str| folder.render(&format!("--spp 9 {options}"));
+        let one = image("--threads 1 --seed 5");
+        assert!(bits(&one) == bits(&image("--threads 7 --seed 5")), "{sampler}");
+        assert!(bits(&one) != bits(&image("--threads 1 --seed 6")), "{sampler}");
+        assert!(bits(&image("")) == bits(&image("--seed 0")), "{sampler}: the seed is 0 unless something else is said");
+    }
+}
+
+/// Replays all samples of a pixel through the command line.
+fn replayed(folder: &Folder, x: u32, y: u32, samples: u32) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for sample in 0..samples {
+        let options = format!("render scene.xml --spp {samples} --seed 3 --replay {x},{y},{sample}");
+        let said = kit::run(&mut folder.etendue(&options));
+        assert_eq!(said.code, Some(0), "{}", said.err);
+        let numbers: Vec<f64> = said.out.split_whitespace().map(|number| number.parse().unwrap()).collect();
+        sum.iter_mut().zip(numbers).for_each(|(sum, number)| *sum += number);
+    }
+    sum.map(|sum| sum / f64::from(samples))
+}
+
+#[test]
+fn a_pixel_is_the_mean_of_its_replayed_samples() {
+    let crop = r#"<integer name="crop_offset_x" value="5"/><integer name="crop_offset_y" value="3"/>"#;
+    for sampler in SAMPLERS {
+        let folder = Folder::with_scene(&busy(sampler, crop));
+        let image = folder.render("--spp 4 --seed 3");
+        for (x, y) in [(0, 0), (10, 8), (18, 16)] {
+            let pairs = pixel(&image, x, y).into_iter().zip(replayed(&folder, x, y, 4));
+            for (of_image, of_samples) in pairs {
+                // The image rounds to f32, the sum here to f64.
+                let error = (f64::from(of_image) - of_samples).abs();
+                assert!(error <= f64::from(f32::EPSILON) * of_samples, "{sampler} {x},{y}: {of_image} {of_samples}");
+            }
+        }
+    }
+}
+
+/// The part of an image.
+fn cut(image: &Image, x: u32, y: u32, width: u32, height: u32) -> Vec<(&str, Vec<u32>)> {
+    let row = |y: u32| (x..x + width).map(move |x| (y * image.crop.width + x) as usize);
+    let indices: Vec<usize> = (y..y + height).flat_map(row).collect();
+    let part = |(name, all): (_, Vec<u32>)| (name, indices.iter().map(|&i| all[i]).collect());
+    bits(image).into_iter().map(part).collect()
+}
+
+#[test]
+fn a_crop_shows_the_pixels_of_the_whole() {
+    // A filter that reaches beyond the border of the crop is cut off there, unless the border is sampled.
+    let filters = [
+        r#"<rfilter type="box"/>"#,
+        r#"<rfilter type="gaussian"/><boolean name="sample_border" value="true"/>"#,
+        r#"<rfilter type="tent"/><boolean name="sample_border" value="true"/>"#,
+    ];
+    let crop = r#"<integer name="crop_offset_x" value="7"/><integer name="crop_offset_y" value="4"/>
+        <integer name="crop_width" value="10"/><integer name="crop_height" value="9"/>"#;
+    for sampler in SAMPLERS {
+        for filter in filters {
+            let whole = kit::image(&busy(sampler, filter), 4);
+            let part = kit::image(&busy(sampler, &format!("{filter}{crop}")), 4);
+            assert!(cut(&whole, 7, 4, 10, 9) == bits(&part), "{sampler} {filter}");
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! What the tests share: small scenes, folders that vanish, and ways to run the program.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use assert_cmd::Command;
+use etendue::{
+    film::{Image, exr},
+    integrator::Overrides,
+    node::xml,
+    render::{Pass, Renderer},
+};
+use tempfile::TempDir;
+
+pub(crate) const INTEGRATOR: &str = r#"<integrator type="path"><integer name="max_depth" value="4"/></integrator>"#;
+
+/// Looks from +z at the origin.
+pub(crate) const SENSOR: &str = r#"<sensor type="perspective">
+    <transform name="to_world"><lookat origin="0, 0, 5" target="0, 0, 0" up="0, 1, 0"/></transform>
+    <film type="hdrfilm">
+      <integer name="width" value="16"/><integer name="height" value="12"/><rfilter type="box"/>
+    </film>
+    <sampler type="independent"/>
+  </sensor>"#;
+
+pub(crate) const SKY: &str = r#"<emitter type="constant"><rgb name="radiance" value="0.5, 0.7, 1"/></emitter>"#;
+
+/// A scene of these parts and nothing else.
+pub(crate) fn scene_of(parts: &[&str]) -> String {
+    format!("<scene version=\"3.0.0\">\n  {}\n</scene>\n", parts.join("\n  "))
+}
+
+/// A scene that is whole but for what it shows.
+pub(crate) fn scene(parts: &str) -> String {
+    scene_of(&[INTEGRATOR, SENSOR, SKY, parts])
+}
+
+/// The smallest scene that shows something.
+pub(crate) fn ball() -> String {
+    scene(r#"<shape type="sphere"/>"#)
+}
+
+/// Where the assets are.
+pub(crate) fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The scenes that come with the program.
+pub(crate) fn scenes() -> Vec<PathBuf> {
+    let entries = fs::read_dir(root().join("assets/scenes")).unwrap();
+    let mut scenes: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
+    scenes.retain(|path| path.extension().is_some_and(|extension| extension == "xml"));
+    scenes.sort();
+    assert!(!scenes.is_empty());
+    scenes
+}
+
+/// A folder that vanishes with the test.
+pub(crate) struct Folder(TempDir);
+
+impl Folder {
+    pub(crate) fn new() -> Self {
+        Self(TempDir::new().unwrap())
+    }
+
+    /// A folder with the scene `scene.xml` in it.
+    pub(crate) fn with_scene(text: &str) -> Self {
+        let folder = Self::new();
+        folder.write("scene.xml", text);
+        folder
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    pub(crate) fn write(&self, name: &str, bytes: impl AsRef<[u8]>) {
+        let path = self.path(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, bytes).unwrap();
+    }
+
+    /// Every file in it and below, hidden ones too.
+    pub(crate) fn files(&self) -> Vec<PathBuf> {
+        let (mut files, mut folders) = (Vec::new(), vec![self.0.path().to_owned()]);
+        while let Some(folder) = folders.pop() {
+            for entry in fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() { folders.push(path) } else { files.push(path) }
+            }
+        }
+        files.sort();
+        files
+    }
+
+    /// The program, run in this folder; arguments are separated by blanks.
+    pub(crate) fn etendue(&self, arguments: &str) -> Command {
+        let mut command = Command::cargo_bin("etendue").unwrap();
+        command.current_dir(self.0.path()).args(arguments.split_whitespace());
+        command
+    }
+
+    /// Renders `scene.xml` and reads the image.
+    pub(crate) fn render(&self, options: &str) -> Image {
+        self.etendue(&format!("render scene.xml -o image.exr {options}")).assert().success();
+        exr::read(&self.path("image.exr")).unwrap()
+    }
+}
+
+/// What a finished run said.
+pub(crate) struct Said {
+    pub(crate) code: Option<i32>,
+    pub(crate) out: String,
+    pub(crate) err: String,
+}
+
+/// Runs to the end, whatever comes of it.
+pub(crate) fn run(command: &mut Command) -> Said {
+    let output = command.output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    Said { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
+}
+
+/// The image of a scene in a folder, rendered without the command line.
+pub(crate) fn image_in(folder: &Folder, samples: u32) -> Image {
+    let document = xml::read(&folder.path("scene.xml"), &[]).unwrap_or_else(|error| panic!("{error}"));
+    let renderer = Renderer::new(&document, &Overrides::default()).unwrap_or_else(|error| panic!("{error}"));
+    renderer.render(Pass { seed: 1, number: 0, samples }, &|_| {}).image()
+}
+
+/// The image of a scene.
+pub(crate) fn image(text: &str, samples: u32) -> Image {
+    image_in(&Folder::with_scene(text), samples)
+}
+
+/// Every bit of every channel.
+pub(crate) fn bits(image: &Image) -> Vec<(&str, Vec<u32>)> {
+    image.channels.iter().map(|(name, values)| (name.as_str(), values.iter().map(|x| x.to_bits()).collect())).collect()
+}
+
+/// Red, green and blue of a pixel.
+pub(crate) fn pixel(image: &Image, x: u32, y: u32) -> [f32; 3] {
+    image.rgb(["R", "G", "B"]).unwrap()[(y * image.crop.width + x) as usize]
+}

@@ -1,0 +1,12 @@
+//! Tests of the whole program, most of them through its command line.
+
+#![allow(clippy::unwrap_used, reason = "what fails to unwrap in a helper fails the test that called it")]
+
+mod bad_input;
+mod cli;
+mod determinism;
+mod geometry;
+mod hostile_images;
+mod kit;
+mod layers;
+mod semantics;
