@@ -59,3 +59,24 @@ fn command(effort: Effort) -> &'static str {
 fn anchor(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn writes_the_page_and_the_summaries_when_asked() {
+        let folder = tempfile::tempdir().unwrap();
+        let exists = |name: &str| folder.path().join("reports").join(name).exists();
+        let page = write(folder.path(), &sample::failing(), false).unwrap();
+        assert!(page.ends_with("reports/verify/index.html") && page.exists());
+        assert!(!exists("verify.md") && !exists("verify.json"));
+        write(folder.path(), &sample::passing(), true).unwrap();
+        assert!(exists("verify.md") && exists("verify.json"));
+    }
+
+    #[test]
+    fn anchors_need_no_escape() {
+        assert_eq!(anchor("calibration/a-a 0°"), "calibration-a-a-0-");
+    }
+}

@@ -19,6 +19,7 @@ pub(super) fn significant(x: f64, digits: usize) -> String {
     let power = format!("10{}", superscript(exponent));
     match trimmed(mantissa).as_str() {
         "1" => power,
+        "−1" => format!("−{power}"),
         mantissa => format!("{mantissa}{THIN}×{THIN}{power}"),
     }
 }

@@ -123,7 +123,7 @@ fn failures(rows: &[Row], scenes: &[SceneView]) -> Vec<Failure> {
         anchor: view.anchor.clone(),
         name: view.name.clone(),
         subject: String::new(),
-        why: view.conclusion.clone(),
+        why: if view.reasons.is_empty() { view.conclusion.clone() } else { view.reasons.clone() },
         mark: view.mark,
     };
     let scenes = scenes.iter().filter(|scene| !scene.passed).map(of_scene);
@@ -182,7 +182,7 @@ mod tests {
         for evidence in [sample::passing(), sample::failing()] {
             let page = render(&evidence);
             for row in &evidence.rows {
-                assert!(page.contains(&row.name), "{}", row.name);
+                assert!(page.contains(&escaped(&row.name)), "{}", row.name);
                 assert!(page.contains(&escaped(&row.finding.subject)), "{}", row.finding.subject);
                 assert!(page.contains(&escaped(&row.reproduce)), "{}", row.reproduce);
             }

@@ -18,24 +18,22 @@ pub(super) struct SceneView {
     pub(super) title: String,
     pub(super) name: String,
     pub(super) conclusion: String,
+    /// What speaks against it; empty if nothing does.
+    pub(super) reasons: String,
     pub(super) mark: Mark,
     pub(super) passed: bool,
     pictures: Option<Pictures>,
     histogram: Option<Histogram>,
-    channels: Vec<ChannelView>,
+    channels: Vec<ChannelsView>,
     numbers: Vec<Number>,
     reproduce: Vec<String>,
 }
 
-/// The mean of a channel.
+/// A number of each channel.
 #[derive(Debug, Serialize)]
-struct ChannelView {
-    name: &'static str,
-    ours: String,
-    reference: String,
-    difference: String,
-    p: String,
-    detectable: String,
+struct ChannelsView {
+    label: &'static str,
+    channels: [String; 3],
 }
 
 /// A labelled number.
@@ -54,6 +52,7 @@ impl SceneView {
             title,
             name: scene.name.clone(),
             conclusion: scene.conclusion.clone(),
+            reasons: reasons(scene),
             mark: Mark::of_scene(scene),
             passed: scene.passed,
             pictures: Pictures::new(scene),
@@ -65,21 +64,43 @@ impl SceneView {
     }
 }
 
-fn channels(scene: &SceneEvidence, verdict: &Verdict) -> Vec<ChannelView> {
+fn channels(scene: &SceneEvidence, verdict: &Verdict) -> Vec<ChannelsView> {
     let global = &verdict.global;
-    let mean = |pixels: &[[f64; 3]], c: usize| {
-        let sum: f64 = pixels.iter().map(|pixel| pixel[c]).sum();
-        if pixels.is_empty() { "–".into() } else { number::significant(sum / pixels.len() as f64, 5) }
-    };
-    let view = |(c, name): (usize, &'static str)| ChannelView {
-        name,
-        ours: mean(&scene.images.ours, c),
-        reference: mean(&scene.images.reference, c),
-        difference: global.relative_difference[c].map_or("–".into(), number::signed_percent),
-        p: number::probability(global.channels[c].p),
-        detectable: global.detectable_bias[c].map_or("–".into(), number::percent),
-    };
-    CHANNELS.into_iter().enumerate().map(view).collect()
+    let mean =
+        |pixels: &[[f64; 3]]| [0, 1, 2].map(|c| pixels.iter().map(|pixel| pixel[c]).sum::<f64>() / pixels.len() as f64);
+    let means = |pixels: &[[f64; 3]]| mean(pixels).map(|mean| number::significant(mean, 5));
+    let known = |text: Option<String>| text.unwrap_or_else(|| "–".into());
+    let difference = global.relative_difference.map(|x| known(x.map(number::signed_percent)));
+    let detectable = global.detectable_bias.map(|x| known(x.map(number::percent)));
+    vec![
+        ChannelsView { label: "Ours", channels: means(&scene.images.ours) },
+        ChannelsView { label: "Reference", channels: means(&scene.images.reference) },
+        ChannelsView { label: "Difference", channels: difference },
+        ChannelsView { label: "p", channels: global.channels.map(|welch| number::probability(welch.p)) },
+        ChannelsView { label: "Would have seen", channels: detectable },
+    ]
+}
+
+/// What speaks against a scene.
+fn reasons(scene: &SceneEvidence) -> String {
+    let mut reasons = Vec::new();
+    if let Some(verdict) = &scene.comparison.verdict {
+        let (global, peak, scatter) = (&verdict.global, &verdict.peak, &verdict.scatter);
+        let tests = [
+            ("global means", global.p, global.level),
+            ("worst tile", peak.p, peak.level),
+            ("scatter of tiles", scatter.chi2.p, scatter.level),
+        ];
+        let rejecting = tests.into_iter().filter(|(_, p, level)| p <= level);
+        reasons.extend(rejecting.map(|(name, p, _)| format!("{name} p = {}", number::probability(p))));
+        if let Some(check) = verdict.deterministic.filter(|check| !check.passed) {
+            reasons.push(format!("exact values off by {}", number::significant(check.worst_relative, 2)));
+        }
+    }
+    if scene.scaled != Outcome::Differs {
+        reasons.push("the same image times 1.005 is not told apart".into());
+    }
+    reasons.join(", ")
 }
 
 /// The numbers behind the verdict.
