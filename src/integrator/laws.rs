@@ -98,7 +98,8 @@ pub const LAWS: &[Law] = &[
     Law {
         name: "fresnel/etendue",
         claim: "Inside glass of index n, radiance that came in is n² times as great: n² L in an even sky, n² L / (1 + R) through a \
-                slab lit from one side, π (1 - 0.09177796) L on a surface within, and nothing beyond the critical angle.",
+                slab lit from one side, π (1 - 0.09177796) L on a surface within, and \
+                beyond the critical angle nothing but what is in the glass.",
         source: "conservation of étendue n² A Ω; Veach 1997, section 5.2",
         check: etendue,
     },
@@ -287,7 +288,8 @@ fn polygon_light(effort: Effort) -> Vec<Finding> {
     let scene = light + &patch(above, DVec3::NEG_Z, ALBEDO);
     for (way, integrator) in [("lights", direct(1, 0)), ("bsdf", direct(0, 1)), ("path", path(-1, 5))] {
         let setup = Setup::new(&integrator, &scene);
-        let lit: f64 = setup.many(towards(above, DVec3::NEG_Z).0, DVec3::Z, 1000, 32).iter().map(|m| m.mean).sum();
+        let (origin, direction) = towards(above, DVec3::NEG_Z);
+        let lit: f64 = setup.many(origin, direction, 1000, 32).iter().map(|m| m.mean).sum();
         findings.push(Finding::error(format!("above, by {way}"), lit, 0.0));
         let back = setup.once(DVec3::new(0.2, 0.3, 2.5), DVec3::NEG_Z, &[33]).max_element();
         findings.push(Finding::error(format!("its back, by {way}"), back, 0.0));
@@ -600,6 +602,13 @@ fn etendue(effort: Effort) -> Vec<Finding> {
     }
     let beyond: f64 = lit.many(DVec3::ZERO, up(45.0), 100, 40).iter().map(|m| m.mean).sum();
     findings.push(Finding::error("inside, beyond the critical angle", beyond, 0.0));
+    // A light within the glass is seen by total reflection as brightly as without.
+    let scale = r#"<scale value="0.2"/><translate y="0.4" z="-0.2"/>"#;
+    let within =
+        format!(r#"<shape type="rectangle"><transform name="to_world">{scale}</transform>{}</shape>"#, area(RADIANCE));
+    let reflected = Setup::new(&path(-1, 5), &(pane() + &within));
+    let aslant = (DVec3::new(0.0, -0.3, 0.0), DVec3::new(0.0, 1.0, 1.0));
+    findings.extend(reflected.compare("inside, by total reflection", aslant, RADIANCE));
 
     // Under a wide surface of glass, after one passage: the flux of the sky less what is reflected outside.
     let deep = r#"<transform name="to_world"><scale value="1000"/><translate z="-1000"/></transform>"#;

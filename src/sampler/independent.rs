@@ -23,7 +23,7 @@ impl Described for Independent {
         summary: "Independent uniform numbers; the only sampler whose per-pixel variances are exact.",
         params: &[SAMPLE_COUNT, SEED],
         examples: &[r#"<sampler type="independent"><integer name="sample_count" value="16"/></sampler>"#],
-        evidence: &["sampler/variance", "reference/diffuse-room"],
+        evidence: &["sampler/variance", "sampler/dimensions", "reference/diffuse-room"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

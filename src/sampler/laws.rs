@@ -1,34 +1,43 @@
 //! What must hold for samplers.
 
-use std::f64::consts::{FRAC_2_PI, PI};
+use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
 use glam::DVec2;
 
 use super::{Address, Model as _, Numbers as _, Sampler};
 use crate::{
     law::{Effort, Finding, Law},
-    node::xml,
+    node::{Plugin, xml},
     stats::{Chi2, Moments},
 };
 
 /// The laws of samplers.
-pub const LAWS: &[Law] = &[Law {
-    name: "sampler/variance",
-    claim: "Every sampler's mean of 64 samples of a smooth function of the square is unbiased; its variance is at most that of \
+pub const LAWS: &[Law] = &[
+    Law {
+        name: "sampler/variance",
+        claim: "Every sampler's mean of 64 samples of a smooth function of the square is unbiased; its variance is at most that of \
             64 jittered cells, for independent numbers that of independent numbers.",
-    source: "variances by quadrature over the square and over its 8 by 8 cells; chi-square of the squared errors",
-    check: variance,
-}];
+        source: "variances by quadrature over the square and over its 8 by 8 cells; chi-square of the squared errors",
+        check: variance,
+    },
+    Law {
+        name: "sampler/dimensions",
+        claim: "The numbers of one path are unrelated: products of coordinates of different dimensions have the mean 1/4, for \
+                64 samples and for 60, which fill no square.",
+        source: "∫ x y dx dy over the unit square",
+        check: dimensions,
+    },
+];
 
 /// Samples per estimate: 8 by 8 cells.
 const SAMPLES: u32 = 64;
 const CELLS: usize = 8;
 
 fn integrand(u: DVec2) -> f64 {
-    (PI * u.x).sin() * (0.5 + u.y) + 0.3 * u.x
+    (FRAC_PI_2 * u.x).sin() * (0.5 + u.y) + 0.3 * u.x
 }
 
-/// `∫ sin πx dx = 2/π`, and 1 and 1/2 for the other factors.
+/// `∫ sin (πx/2) dx = 2/π`, and 1 and 1/2 for the other factors.
 const INTEGRAL: f64 = FRAC_2_PI + 0.15;
 
 /// The variance of a single sample, uniform in one of so many cells on a side, averaged over these, by the midpoint rule.
@@ -51,8 +60,7 @@ fn variance(effort: Effort) -> Vec<Finding> {
     let variances = [variance_within(1), variance_within(CELLS)].map(|variance| variance / f64::from(SAMPLES));
     let mut findings = Vec::new();
     for plugin in Sampler::PLUGINS {
-        let document = xml::parse_element(plugin.examples[0]).expect("examples are valid XML");
-        let sampler = Sampler::read(&document, document.root).expect("examples are valid samplers");
+        let sampler = from_example(plugin);
         let bound = if plugin.name == "independent" { variances[0] } else { variances[1] };
         // The pixel's own number is not the only thing that is new: so is the pass's.
         for (what, pixels, passes) in [("pixels", effort.samples(2000), 1), ("passes", 1, effort.samples(2000))] {
@@ -70,6 +78,41 @@ fn variance(effort: Effort) -> Vec<Finding> {
         }
     }
     findings
+}
+
+fn dimensions(effort: Effort) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for plugin in Sampler::PLUGINS {
+        let sampler = from_example(plugin);
+        for samples in [60, 64] {
+            let mut products = [Moments::default(); 7];
+            for pixel in 0..effort.samples(500) {
+                let means = mean_products(&sampler, u64::from(pixel), samples);
+                products.iter_mut().zip(means).for_each(|(moments, mean)| moments.push(mean));
+            }
+            for (name, found) in ["a x", "a y", "x y", "x u", "x v", "y u", "y v"].into_iter().zip(&products) {
+                findings.push(Finding::mean(format!("{}, {samples} samples, {name}", plugin.name), found, 0.25));
+            }
+        }
+    }
+    findings
+}
+
+/// Over the samples of a pixel, products of a number `a` and two points `(x, y)` and `(u, v)` that follow one another.
+fn mean_products(sampler: &Sampler, pixel: u64, samples: u32) -> [f64; 7] {
+    let mut sums = [0.0; 7];
+    for sample in 0..samples {
+        let mut numbers = sampler.numbers(&Address { seed: 71, pass: 0, pixel, sample, samples });
+        let (a, p, q) = (numbers.next_1d(), numbers.next_2d(), numbers.next_2d());
+        let products = [a * p.x, a * p.y, p.x * p.y, p.x * q.x, p.x * q.y, p.y * q.x, p.y * q.y];
+        sums.iter_mut().zip(products).for_each(|(sum, product)| *sum += product / f64::from(samples));
+    }
+    sums
+}
+
+fn from_example(plugin: &Plugin) -> Sampler {
+    let document = xml::parse_element(plugin.examples[0]).expect("examples are valid XML");
+    Sampler::read(&document, document.root).expect("examples are valid samplers")
 }
 
 /// The mean of the integrand over one pass of one pixel, in a later pair of dimensions.

@@ -22,7 +22,7 @@ impl Described for LowDiscrepancy {
         summary: "Owen-scrambled Sobol points, padded by pairs of dimensions.",
         params: &[SAMPLE_COUNT, SEED],
         examples: &[r#"<sampler type="ldsampler"><integer name="sample_count" value="16"/></sampler>"#],
-        evidence: &["sampler/variance", "reference/moment-still-life"],
+        evidence: &["sampler/variance", "sampler/dimensions", "reference/moment-still-life"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

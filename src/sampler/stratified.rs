@@ -21,7 +21,7 @@ impl Described for Stratified {
         summary: "Jittered strata, one sample in each.",
         params: &[SAMPLE_COUNT, SEED],
         examples: &[r#"<sampler type="stratified"><integer name="sample_count" value="16"/></sampler>"#],
-        evidence: &["sampler/variance", "reference/aov-still-life"],
+        evidence: &["sampler/variance", "sampler/dimensions", "reference/aov-still-life"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
