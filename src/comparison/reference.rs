@@ -23,7 +23,7 @@ pub struct Reference {
     pub height: usize,
     /// The mean of all batches, row by row.
     pub pixels: Vec<[f64; 3]>,
-    /// Which pixels have noise and lie in a tile where at least [`FEWEST`] have.
+    /// Which pixels have noise and lie in a tile where at least a quarter of the pixels have.
     pub stochastic: Vec<bool>,
     /// Which pixels are known exactly. Those that are neither have noise almost alone in their tile: its mean rests on
     /// events as rare as an edge that one sample in a thousand meets, too skewed for a t test. The rule knows
@@ -36,7 +36,7 @@ pub struct Reference {
 }
 
 /// The fewest noisy pixels of a tile that is tested, a quarter of all.
-pub const FEWEST: u32 = (TILE * TILE / 4) as u32;
+pub(super) const FEWEST: u32 = (TILE * TILE / 4) as u32;
 
 /// How a reference was made: its `PROVENANCE.toml`.
 #[derive(Clone, Debug, Deserialize)]
