@@ -209,7 +209,8 @@ fn scenes(root: &Path) -> Result<Vec<PathBuf>, EvidenceError> {
     let folder = root.join("assets/scenes");
     let fault = |error: std::io::Error| EvidenceError::Folder { folder: folder.clone(), what: error.to_string() };
     let entries = std::fs::read_dir(&folder).map_err(fault)?.collect::<Result<Vec<_>, _>>().map_err(fault)?;
-    let mut scenes: Vec<_> = entries.into_iter().map(|entry| entry.path()).filter(|p| p.extension().is_some_and(|e| e == "xml")).collect();
+    let mut scenes: Vec<_> =
+        entries.into_iter().map(|entry| entry.path()).filter(|p| p.extension().is_some_and(|e| e == "xml")).collect();
     scenes.sort();
     Ok(scenes)
 }

@@ -26,12 +26,7 @@ pub const LAWS: &[Law] = &[
         source: "definition; catches a wrong radial warp, which a test of directions alone cannot see",
         check: unit_length,
     },
-    Law {
-        name: "bsdf/weight",
-        claim: "A sample's weight is eval_cos / density.",
-        source: "definition",
-        check: weight,
-    },
+    Law { name: "bsdf/weight", claim: "A sample's weight is eval_cos / density.", source: "definition", check: weight },
     Law {
         name: "bsdf/energy",
         claim: "No more light leaves than arrives: the excess of the directional albedo over 1, per channel.",
@@ -73,7 +68,11 @@ pub const LAWS: &[Law] = &[
 /// Every example of the list, by name.
 fn examples() -> impl Iterator<Item = (String, Bsdf)> {
     Bsdf::PLUGINS.iter().flat_map(|plugin| {
-        plugin.examples.iter().enumerate().map(|(i, example)| (format!("{} #{}", plugin.name, i + 1), from_xml(example)))
+        plugin
+            .examples
+            .iter()
+            .enumerate()
+            .map(|(i, example)| (format!("{} #{}", plugin.name, i + 1), from_xml(example)))
     })
 }
 
@@ -126,7 +125,9 @@ fn expected_counts(bsdf: &Bsdf, query: &Query, samples: f64) -> Vec<f64> {
     let area = 2.0 * TAU / (CELLS.0 * CELLS.1 * POINTS * POINTS) as f64;
     for (i, cell) in expected.iter_mut().take(CELLS.0 * CELLS.1).enumerate() {
         for j in 0..POINTS * POINTS {
-            let along = |cell: usize, point: usize, cells: usize| (cell as f64 + (point as f64 + 0.5) / POINTS as f64) / cells as f64;
+            let along = |cell: usize, point: usize, cells: usize| {
+                (cell as f64 + (point as f64 + 0.5) / POINTS as f64) / cells as f64
+            };
             let z = 2.0 * along(i / CELLS.1, j / POINTS, CELLS.0) - 1.0;
             let (sin, cos) = (TAU * along(i % CELLS.1, j % POINTS, CELLS.1)).sin_cos();
             let radius = (1.0 - z * z).sqrt();
@@ -241,7 +242,8 @@ fn reciprocity(_: Effort) -> Vec<Finding> {
 }
 
 fn rough_albedo(_: Effort) -> Vec<Finding> {
-    let straight = Query { wi: DVec3::new(1e-6, 0.0, 1.0).normalize(), uv: DVec2::ZERO, transport: Transport::Radiance };
+    let straight =
+        Query { wi: DVec3::new(1e-6, 0.0, 1.0).normalize(), uv: DVec2::ZERO, transport: Transport::Radiance };
     [("ggx", 0.877_358_42, 5e-4), ("beckmann", 0.999_752_37, 5e-4)]
         .into_iter()
         .map(|(distribution, expected, bound)| {
@@ -280,7 +282,10 @@ fn fresnel_table(_: Effort) -> Vec<Finding> {
 fn fresnel_hemispherical(_: Effort) -> Vec<Finding> {
     const N: usize = 1_000_000;
     let mean = |eta: f64| {
-        let sum: f64 = (0..N).map(|i| (i as f64 + 0.5) / N as f64).map(|c| fresnel::dielectric(c, eta).reflectance * 2.0 * c).sum();
+        let sum: f64 = (0..N)
+            .map(|i| (i as f64 + 0.5) / N as f64)
+            .map(|c| fresnel::dielectric(c, eta).reflectance * 2.0 * c)
+            .sum();
         sum / N as f64
     };
     vec![

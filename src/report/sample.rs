@@ -38,7 +38,7 @@ fn scene(name: &str, off: f64, outcome: Outcome) -> SceneEvidence {
         global: [estimate(mean); 3],
     };
     let ours = 1.0 + off * 1e-4 * 2_f64.sqrt();
-    let exact = Some(DeterministicCheck::compare(&[2.0], &[2.0]));
+    let exact = Some(DeterministicCheck::compare(&[2.0], &[2.0], DeterministicCheck::TOLERANCE));
     let verdict = Verdict::compare(&side(ours), &side(1.0), exact, &VerdictConfig::default()).unwrap();
     assert_eq!(verdict.outcome, outcome);
     let images = Images { width: 8, ours: vec![[ours; 3]; 128], reference: vec![[1.0; 3]; 128] };

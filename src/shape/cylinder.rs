@@ -45,10 +45,8 @@ impl Described for Cylinder {
             return Err(params.error("p1", "the cylinder has no length").hint("p0 and p1 must differ"));
         }
         let frame = Frame::from_normal(axis.normalize());
-        let canonical = DAffine3 {
-            matrix3: DMat3::from_cols(radius * frame.s, radius * frame.t, axis),
-            translation: p0,
-        };
+        let canonical =
+            DAffine3 { matrix3: DMat3::from_cols(radius * frame.s, radius * frame.t, axis), translation: p0 };
         Ok(Self { affine: Affine::read(params, canonical)? })
     }
 }

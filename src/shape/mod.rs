@@ -140,8 +140,10 @@ catalogue! { ($)
 }
 
 /// Parameters that every shape has.
-const TO_WORLD: Param = Param::optional("to_world", Kind::Transform, "the identity", "from the shape's space to the world's");
-const FLIP_NORMALS: Param = Param::new("flip_normals", Kind::Boolean, "false", "whether its normals point the other way");
+const TO_WORLD: Param =
+    Param::optional("to_world", Kind::Transform, "the identity", "from the shape's space to the world's");
+const FLIP_NORMALS: Param =
+    Param::new("flip_normals", Kind::Boolean, "false", "whether its normals point the other way");
 
 /// A form and which way its normals point.
 #[derive(Clone, Debug)]

@@ -37,7 +37,13 @@ impl Described for Sphere {
                 <rotate x="1" angle="30"/><translate x="0.3" y="0.1" z="-0.2"/></transform></shape>"#,
             r#"<shape type="sphere"><float name="radius" value="3"/><boolean name="flip_normals" value="true"/></shape>"#,
         ],
-        evidence: &["shape/*", "shape/line-volume", "shape/mean-chord", "radiometry/sphere-light", "radiometry/integrating-sphere"],
+        evidence: &[
+            "shape/*",
+            "shape/line-volume",
+            "shape/mean-chord",
+            "radiometry/sphere-light",
+            "radiometry/integrating-sphere",
+        ],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

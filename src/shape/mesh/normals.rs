@@ -27,7 +27,8 @@ mod tests {
     #[test]
     fn at_a_cubes_corner_the_diagonal_of_a_face_makes_no_difference() {
         // Three faces meet at the origin, the first cut through the origin, the others not.
-        let positions = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [0, 1, 1], [1, 0, 1]].map(|p| p.map(|x| x as f32));
+        let positions =
+            [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [0, 1, 1], [1, 0, 1]].map(|p| p.map(|x| x as f32));
         let triangles = [[0, 2, 1], [0, 3, 2], [0, 4, 3], [4, 5, 3], [0, 1, 4], [1, 6, 4]];
         let n = wide(of_vertices(&positions, &triangles)[0]);
         assert!((n - DVec3::splat(-1.0 / 3.0_f64.sqrt())).length() < 1e-6, "{n}");
