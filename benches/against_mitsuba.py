@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from functools import partial
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -73,9 +74,9 @@ def main() -> None:
     print(f"{'scene':<12} {'renderer':<14} {'M paths/core-s':>15} {'cores busy':>11} {'against':>9}")
     for name in arguments.scenes:
         scene = HERE / "scenes" / f"{name}.xml"
-        runs = {"etendue": lambda: etendue(arguments.etendue, scene, arguments.spp, arguments.threads)}
+        runs = {"etendue": partial(etendue, arguments.etendue, scene, arguments.spp, arguments.threads)}
         for variant in arguments.variants:
-            runs[variant] = lambda v=variant: mitsuba(v, scene, arguments.spp, arguments.threads)
+            runs[variant] = partial(mitsuba, variant, scene, arguments.spp, arguments.threads)
         times = {key: [] for key in runs}
         for _ in range(arguments.repeats):
             for key, run in runs.items():
