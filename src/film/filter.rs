@@ -147,6 +147,8 @@ pub struct Profile {
     cumulative: Vec<f64>,
     /// The piece in which each of as many equal shares of the integral begins.
     guide: Vec<u16>,
+    /// Whether it is a box.
+    is_flat: bool,
 }
 
 /// Even, so that the middle, where a tent has its corner, is a point.
@@ -168,7 +170,8 @@ impl Profile {
         cumulative.iter_mut().for_each(|c| *c /= total);
         let begins = |share: usize| cumulative[1..PIECES].partition_point(|&c| c <= share as f64 / PIECES as f64);
         let guide = (0..PIECES).map(|share| begins(share) as u16).collect();
-        Self { radius, values, cumulative, guide }
+        let is_flat = values.iter().all(|value| *value == values[0]);
+        Self { radius, values, cumulative, guide, is_flat }
     }
 
     /// How far it reaches, in pixels.
@@ -180,6 +183,10 @@ impl Profile {
     /// An offset with the profile as its density, restricted to `[from, to]`.
     #[must_use]
     pub fn sample_within(&self, u: f64, from: f64, to: f64) -> f64 {
+        if self.is_flat {
+            let (from, to) = (from.max(-self.radius), to.min(self.radius));
+            return from + u * (to - from);
+        }
         let (below, above) = (self.mass_below(from), self.mass_below(to));
         self.at_mass(below + u * (above - below)).clamp(from, to)
     }
