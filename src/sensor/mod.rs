@@ -117,7 +117,8 @@ struct Projection {
     to_world: DAffine3,
     /// Half the width and height of the film at depth 1.
     half_size: DVec2,
-    film: DVec2,
+    /// The width and height of a pixel at depth 1.
+    pixel: DVec2,
     near: f64,
     far: f64,
 }
@@ -133,7 +134,7 @@ impl Projection {
         check_rigid(params, &to_world)?;
         let tangent = Self::half_width(params, film)?;
         let half_size = DVec2::new(tangent, tangent * film.y / film.x);
-        Ok(Self { to_world, half_size, film, near, far })
+        Ok(Self { to_world, half_size, pixel: 2.0 * half_size / film, near, far })
     }
 
     /// The tangent of half the horizontal field of view.
@@ -166,15 +167,16 @@ impl Projection {
 
     /// The local direction through a position on the film, with depth 1.
     fn direction(&self, film: DVec2) -> DVec3 {
-        ((1.0 - 2.0 * film / self.film) * self.half_size).extend(1.0)
+        (self.half_size - film * self.pixel).extend(1.0)
     }
 
     /// The world's ray from a local origin, which starts and ends on the clipping planes.
     fn ray(&self, origin: DVec3, direction: DVec3) -> Ray {
-        let unit = direction.normalize();
-        let start = origin + (self.near / unit.z) * unit;
+        let (length, per_depth) = (direction.length(), direction.z.recip());
+        let start = origin + self.near * per_depth * direction;
+        let unit = direction * length.recip();
         let ray = Ray::new(self.to_world.transform_point3(start), self.to_world.transform_vector3(unit));
-        Ray { t_max: (self.far - self.near) / unit.z, ..ray }
+        Ray { t_max: (self.far - self.near) * (length * per_depth), ..ray }
     }
 }
 

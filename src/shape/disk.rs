@@ -13,6 +13,8 @@ use crate::{
 pub struct Disk {
     affine: Affine,
     n: DVec3,
+    /// Of points drawn from it.
+    density: PerArea,
 }
 
 impl Described for Disk {
@@ -31,7 +33,7 @@ impl Described for Disk {
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
         let affine = Affine::read(params, DAffine3::IDENTITY)?;
-        Ok(Self { n: affine.normal(DVec3::Z), affine })
+        Ok(Self { n: affine.normal(DVec3::Z), density: affine.density(PerArea(FRAC_1_PI), DVec3::Z), affine })
     }
 }
 
@@ -67,11 +69,10 @@ impl Model for Disk {
 
     fn sample_area(&self, u: DVec2) -> Drawn<PerArea> {
         let at = warp::square_to_disc(u);
-        let density = self.affine.density(PerArea(FRAC_1_PI), DVec3::Z);
-        Drawn { p: self.affine.point(at.extend(0.0)), n: self.n, uv: uv(at), density }
+        Drawn { p: self.affine.point(at.extend(0.0)), n: self.n, uv: uv(at), density: self.density }
     }
 
     fn area_density(&self, _surface: &Surface) -> PerArea {
-        self.affine.density(PerArea(FRAC_1_PI), DVec3::Z)
+        self.density
     }
 }

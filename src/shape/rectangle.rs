@@ -11,6 +11,8 @@ use crate::{
 pub struct Rectangle {
     affine: Affine,
     n: DVec3,
+    /// Of points drawn from it.
+    density: PerArea,
 }
 
 impl Described for Rectangle {
@@ -29,7 +31,7 @@ impl Described for Rectangle {
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
         let affine = Affine::read(params, DAffine3::IDENTITY)?;
-        Ok(Self { n: affine.normal(DVec3::Z), affine })
+        Ok(Self { n: affine.normal(DVec3::Z), density: affine.density(PerArea(0.25), DVec3::Z), affine })
     }
 }
 
@@ -57,10 +59,10 @@ impl Model for Rectangle {
 
     fn sample_area(&self, u: DVec2) -> Drawn<PerArea> {
         let p = self.affine.point((2.0 * u - 1.0).extend(0.0));
-        Drawn { p, n: self.n, uv: u, density: self.affine.density(PerArea(0.25), DVec3::Z) }
+        Drawn { p, n: self.n, uv: u, density: self.density }
     }
 
     fn area_density(&self, _surface: &Surface) -> PerArea {
-        self.affine.density(PerArea(0.25), DVec3::Z)
+        self.density
     }
 }
