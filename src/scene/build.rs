@@ -6,10 +6,10 @@ use super::{Light, Part, Scene};
 use crate::{
     bsdf::{Bsdf, Diffuse},
     emitter::{Emitter, Model as _},
-    math::{Aabb, Rgb},
+    math::Rgb,
     node::{Category, Document, FARTHEST, Kind, ObjectId, Param, Params, Plugin, SceneError},
     sensor::Sensor,
-    shape::{Model as _, Shape, bvh::Bvh},
+    shape::{Model as _, Shape, Shapes},
 };
 
 /// What a scene element itself takes: hints for acceleration structures that are not ours.
@@ -61,6 +61,7 @@ impl Scene {
 
 struct Builder<'d> {
     document: &'d Document,
+    shapes: Vec<Shape>,
     parts: Vec<Part>,
     bsdfs: Vec<Bsdf>,
     /// Which bsdf an element has become, for elements that several shapes refer to.
@@ -75,6 +76,7 @@ impl<'d> Builder<'d> {
     fn new(document: &'d Document) -> Self {
         Self {
             document,
+            shapes: Vec::new(),
             parts: Vec::new(),
             bsdfs: Vec::new(),
             known_bsdfs: HashMap::new(),
@@ -156,7 +158,8 @@ impl<'d> Builder<'d> {
         };
         params.finish()?;
         let part = self.parts.len();
-        self.parts.push(Part { shape, bsdf, light: None });
+        self.shapes.push(shape);
+        self.parts.push(Part { bsdf, light: None });
         if let Some(emitter) = emitter {
             self.light(emitter, Some(part))?;
             self.parts[part].light = Some(self.lights.len() - 1);
@@ -200,10 +203,9 @@ impl<'d> Builder<'d> {
         if self.lights.is_empty() {
             self.warnings.push("the scene has no light: the image will be black".into());
         }
-        let boxes: Vec<Aabb> = self.parts.iter().map(|part| part.shape.bounds()).collect();
         Ok(Scene {
             sensor,
-            bvh: Bvh::build(&boxes),
+            shapes: Shapes::new(self.shapes),
             parts: self.parts,
             bsdfs: self.bsdfs,
             lights: self.lights,

@@ -9,7 +9,7 @@ use crate::{
     emitter::{Emitter, Incident, Model as _},
     math::{PerSolidAngle, Ray, Rgb},
     sensor::Sensor,
-    shape::{Hit, Model as _, Shape, Surface, bvh::Bvh},
+    shape::{Model as _, Shape, Shapes, Surface},
 };
 
 /// Everything that light meets, and the sensor that looks at it.
@@ -17,19 +17,19 @@ use crate::{
 pub struct Scene {
     /// The camera, its film and its sampler.
     pub sensor: Sensor,
+    shapes: Shapes,
+    /// What else there is to know of each shape.
     parts: Vec<Part>,
     bsdfs: Vec<Bsdf>,
     lights: Vec<Light>,
     /// Which light is the sky.
     sky: Option<usize>,
-    bvh: Bvh,
     warnings: Vec<String>,
 }
 
-/// A shape in the scene, with its material and what it emits.
+/// The material of a shape in the scene and what it emits.
 #[derive(Debug)]
 struct Part {
-    shape: Shape,
     bsdf: usize,
     light: Option<usize>,
 }
@@ -60,14 +60,8 @@ impl Scene {
     #[inline]
     #[must_use]
     pub fn intersect(&self, ray: &Ray) -> Option<Vertex> {
-        let mut nearest: Option<(usize, Hit)> = None;
-        self.bvh.closest(ray, |part, ray| {
-            let hit = self.parts[part as usize].shape.intersect(ray)?;
-            nearest = Some((part as usize, hit));
-            Some(hit.t)
-        });
-        let (part, hit) = nearest?;
-        let surface = self.parts[part].shape.surface(ray, &hit);
+        let (part, hit) = self.shapes.intersect(ray)?;
+        let surface = self.shapes[part].surface(ray, &hit);
         Some(Vertex { t: hit.t, surface, back: -ray.direction.normalize(), part })
     }
 
@@ -75,7 +69,7 @@ impl Scene {
     #[inline]
     #[must_use]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        self.bvh.any(ray, |part, ray| self.parts[part as usize].shape.occludes(ray))
+        self.shapes.occlude(ray)
     }
 
     /// The material at a vertex.
@@ -149,6 +143,6 @@ impl Scene {
     }
 
     fn shape_of(&self, light: &Light) -> Option<&Shape> {
-        light.part.map(|part| &self.parts[part].shape)
+        light.part.map(|part| &self.shapes[part])
     }
 }

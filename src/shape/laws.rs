@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use super::{
-    Drawn, Form, Model, Shape, Surface,
+    Drawn, Form, Model, Shape, Shapes, Surface,
     mesh::{Mesh, MeshData, Ply},
 };
 use crate::{
@@ -34,11 +34,11 @@ pub const LAWS: &[Law] = &[
         check: bounds,
     },
     Law {
-        name: "shape/occludes",
+        name: "shape/occlusion",
         claim: "Within any range of the parameter and for directions of any length, a ray's first hit is the first of all \
-                its hits there, and it is occluded if and only if there is one.",
+                its hits there, also in the hierarchy of two such shapes; it is occluded if and only if there is one.",
         source: "definition",
-        check: occludes,
+        check: occlusion,
     },
     Law {
         name: "shape/normals",
@@ -307,11 +307,15 @@ const LENGTHS: [f64; 4] = [1.0, 0.01, 7.3, 1e4];
 /// Notes errors at the crossings of many lines.
 fn for_crossings(seed: u64, effort: Effort, mut visit: impl FnMut(&Subject, &Ray, &[(f64, Surface)])) {
     for subject in &subjects() {
-        let mut stream = Stream::at(&[seed]);
-        for _ in 0..effort.samples(3000) {
-            let ray = subject.line(&mut stream);
-            visit(subject, &ray, &subject.crossings(&ray));
-        }
+        for_crossings_of(subject, seed, effort, |ray, crossings| visit(subject, ray, crossings));
+    }
+}
+
+fn for_crossings_of(subject: &Subject, seed: u64, effort: Effort, mut visit: impl FnMut(&Ray, &[(f64, Surface)])) {
+    let mut stream = Stream::at(&[seed]);
+    for _ in 0..effort.samples(3000) {
+        let ray = subject.line(&mut stream);
+        visit(&ray, &subject.crossings(&ray));
     }
 }
 
@@ -344,19 +348,24 @@ fn bounds(effort: Effort) -> Vec<Finding> {
 }
 
 /// Counts contradictions, with ranges that start and end before, between and beyond the hits.
-fn occludes(effort: Effort) -> Vec<Finding> {
+fn occlusion(effort: Effort) -> Vec<Finding> {
     let mut stream = Stream::at(&[22, 1]);
     worst(0.0, |note| {
-        for_crossings(22, effort, |subject, ray, crossings| {
+        for subject in &subjects() {
             let (_, radius) = subject.ball();
-            let scale = 4.0 * radius / ray.direction.length();
-            let (one, other) = (stream.next_1d() * scale, stream.next_1d() * scale);
-            let part = Ray { t_min: one.min(other), t_max: one.max(other), ..*ray };
-            let expected = crossings.iter().map(|(t, _)| *t).find(|t| part.contains(*t));
-            let found = subject.shape.intersect(&part).map(|hit| hit.t);
-            let agree = found == expected && subject.shape.occludes(&part) == expected.is_some();
-            note(&subject.name, f64::from(!agree));
-        });
+            let two = Shapes::new(vec![subject.shape.clone(); 2]);
+            for_crossings_of(subject, 22, effort, |ray, crossings| {
+                let scale = 4.0 * radius / ray.direction.length();
+                let (one, other) = (stream.next_1d() * scale, stream.next_1d() * scale);
+                let part = Ray { t_min: one.min(other), t_max: one.max(other), ..*ray };
+                let expected = crossings.iter().map(|(t, _)| *t).find(|t| part.contains(*t));
+                let alone = subject.shape.intersect(&part).map(|hit| hit.t);
+                let agree = alone == expected
+                    && two.intersect(&part).map(|(_, hit)| hit.t) == expected
+                    && two.occlude(&part) == expected.is_some();
+                note(&subject.name, f64::from(!agree));
+            });
+        }
     })
 }
 
@@ -505,7 +514,7 @@ fn seen_from(subject: &Subject, view: &str, from: DVec3, samples: u32) -> Vec<Fi
     for _ in 0..samples {
         let mut values = [0.0; 5];
         let drawn = subject.shape.sample_towards(from, stream.next_2d());
-        if let Some(drawn) = drawn.filter(|drawn| !subject.shape.occludes(&Ray::between(from, drawn.p))) {
+        if let Some(drawn) = drawn.filter(|drawn| subject.shape.intersect(&Ray::between(from, drawn.p)).is_none()) {
             let surface = Surface::flat(drawn.p, drawn.n, drawn.uv, 0);
             let density = subject.shape.density_towards(from, &surface).0;
             apart = apart.max((drawn.density.0 / density - 1.0).abs());

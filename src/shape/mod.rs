@@ -11,15 +11,19 @@ mod disk;
 pub mod laws;
 pub mod mesh;
 mod rectangle;
+mod shapes;
 mod sphere;
 
 pub use cube::Cube;
 pub use cylinder::Cylinder;
 pub use disk::Disk;
 pub use rectangle::Rectangle;
+pub use shapes::Shapes;
 pub use sphere::Sphere;
 
+use bvh::Bvh;
 use glam::{DVec2, DVec3};
+use mesh::Shear;
 
 use crate::{
     math::{Aabb, Frame, PerArea, PerSolidAngle, Ray},
@@ -81,9 +85,16 @@ pub trait Model {
     /// The first hit with `t_min < t < t_max`.
     fn intersect(&self, ray: &Ray) -> Option<Hit>;
 
-    /// Whether there is any such hit.
-    fn occludes(&self, ray: &Ray) -> bool {
-        self.intersect(ray).is_some()
+    /// The hierarchy of a shape of many parts: what is in one of its blocks can be hit alone.
+    fn hierarchy(&self) -> Option<&Bvh> {
+        None
+    }
+
+    /// The first hit with what is in a block of the hierarchy; without one, with the whole shape. `shear` is that of
+    /// the ray, once something needs it.
+    #[inline]
+    fn intersect_block(&self, _block: u32, ray: &Ray, _shear: &mut Option<Shear>) -> Option<Hit> {
+        self.intersect(ray)
     }
 
     /// The surface at a hit of this ray.
@@ -185,9 +196,13 @@ impl Model for Shape {
         each_form!(&self.form, form => form.intersect(ray))
     }
 
-    #[inline]
-    fn occludes(&self, ray: &Ray) -> bool {
-        each_form!(&self.form, form => form.occludes(ray))
+    fn hierarchy(&self) -> Option<&Bvh> {
+        each_form!(&self.form, form => form.hierarchy())
+    }
+
+    #[inline(always)]
+    fn intersect_block(&self, block: u32, ray: &Ray, shear: &mut Option<Shear>) -> Option<Hit> {
+        each_form!(&self.form, form => form.intersect_block(block, ray, shear))
     }
 
     #[inline]

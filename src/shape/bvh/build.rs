@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use super::{Bvh, Child, Lanes, MAX_LEVELS, Node, WIDTH};
+use super::{Bvh, Child, Lanes, MAX_LEVELS, Node, Tree, WIDTH};
 use crate::math::Aabb;
 
 /// Bins along each axis.
@@ -41,14 +41,14 @@ pub(super) fn build(bounds: impl Iterator<Item = Aabb>, block: usize) -> Bvh {
     }
     assert!(items.len() < Child::BLOCK as usize, "at most 2^31 primitives");
     if items.is_empty() {
-        return Bvh { nodes: vec![], order: vec![], starts: vec![0], bounds: whole, magnitude };
+        return Bvh { tree: Tree { nodes: vec![], magnitude }, order: vec![], starts: vec![0], bounds: whole };
     }
     let mut binary = vec![];
     grow(&mut binary, &mut items, Range { first: 0, block, levels: MAX_LEVELS });
-    let mut tree = Tree { costs: costs(&binary), binary, nodes: vec![], blocks: vec![] };
-    tree.add_node(0);
-    let (order, starts) = order(&tree.blocks, &items);
-    Bvh { nodes: tree.nodes, order, starts, bounds: whole, magnitude }
+    let mut wide = Wide { costs: costs(&binary), binary, nodes: vec![], blocks: vec![] };
+    wide.add_node(0);
+    let (order, starts) = order(&wide.blocks, &items);
+    Bvh { tree: Tree { nodes: wide.nodes, magnitude }, order, starts, bounds: whole }
 }
 
 /// The greatest `f32` at or below `x`, not subnormal.
@@ -227,7 +227,7 @@ fn cheapest(left: &[f32; WIDTH], right: &[f32; WIDTH], children: usize) -> (f32,
 }
 
 /// The wide tree as it is made.
-struct Tree {
+struct Wide {
     binary: Vec<Binary>,
     costs: Vec<[f32; WIDTH]>,
     nodes: Vec<Node>,
@@ -235,7 +235,7 @@ struct Tree {
     blocks: Vec<(u32, u32)>,
 }
 
-impl Tree {
+impl Wide {
     /// Adds the wide node over a binary one and all that is below it.
     fn add_node(&mut self, binary: usize) {
         let mut children = Vec::with_capacity(WIDTH);

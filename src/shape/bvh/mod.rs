@@ -12,10 +12,15 @@
 //!
 //! **Determinism.** The tree depends on the boxes alone, not on the number of threads that built it. Traversal visits
 //! the same blocks in the same order with and without AVX2, because both kernels round alike (no fused multiply-add).
+//!
+//! **Levels.** A [`Forest`] is a hierarchy over shapes of which some have hierarchies of their own, all in one tree.
 
 mod build;
+mod forest;
 mod simd;
 mod traverse;
+
+pub use forest::{Forest, Leaf};
 
 use crate::math::{Aabb, Ray};
 
@@ -67,18 +72,39 @@ impl Child {
     }
 }
 
+/// What is done with a block that a ray may hit. Any closure of this form is a test; a type of its own has its code
+/// compiled for the same processor as the traversal around it, if it is `inline(always)`.
+pub trait Test<Block> {
+    /// The parameter of the closest hit that [`Ray::contains`], if any. The ray's `t_max` has shrunk to the closest hit
+    /// so far; what else there is to know about a hit the test keeps for itself.
+    fn test(&mut self, block: Block, ray: &Ray) -> Option<f64>;
+}
+
+impl<Block, F: FnMut(Block, &Ray) -> Option<f64>> Test<Block> for F {
+    #[inline(always)]
+    fn test(&mut self, block: Block, ray: &Ray) -> Option<f64> {
+        self(block, ray)
+    }
+}
+
+/// Nodes over blocks, of which only the number is known.
+#[derive(Clone, Debug)]
+struct Tree {
+    /// In depth-first order, the root first; empty if there is nothing to hit.
+    nodes: Vec<Node>,
+    /// The greatest coordinate of any box, not counting infinite ones.
+    magnitude: f64,
+}
+
 /// The hierarchy; the primitives themselves stay with the caller.
 #[derive(Clone, Debug)]
 pub struct Bvh {
-    /// In depth-first order, the root first; empty if there is nothing to hit.
-    nodes: Vec<Node>,
+    tree: Tree,
     /// Indices of the primitives, block after block.
     order: Vec<u32>,
     /// Where each block begins in `order`, and the end of the last.
     starts: Vec<u32>,
     bounds: Aabb,
-    /// The greatest coordinate of any box, not counting infinite ones.
-    magnitude: f64,
 }
 
 impl Bvh {
@@ -126,20 +152,16 @@ impl Bvh {
     /// The memory of the hierarchy.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        size_of_val(&*self.nodes) + size_of_val(&*self.order) + size_of_val(&*self.starts)
+        size_of_val(&*self.tree.nodes) + size_of_val(&*self.order) + size_of_val(&*self.starts)
     }
 
-    /// Finds the closest hit: calls `test` for primitives that the ray may hit, about front to back.
-    ///
-    /// `test` gets the index of a primitive and the ray whose `t_max` has shrunk to the closest hit so far, and answers
-    /// with the parameter of a hit that [`Ray::contains`], if any; what else there is to know about the hit it keeps
-    /// for itself. The parameter of the closest hit comes back.
-    pub fn closest(&self, ray: &Ray, mut test: impl FnMut(u32, &Ray) -> Option<f64>) -> Option<f64> {
-        self.closest_block(ray, |block, ray| {
+    /// The parameter of the closest hit: tests primitives that the ray may hit, about front to back.
+    pub fn closest(&self, ray: &Ray, mut test: impl Test<u32>) -> Option<f64> {
+        self.closest_block(ray, |block: u32, ray: &Ray| {
             let mut ray = *ray;
             let mut found = None;
             for &primitive in self.block(block) {
-                if let Some(t) = test(primitive, &ray) {
+                if let Some(t) = test.test(primitive, &ray) {
                     ray.t_max = t;
                     found = Some(t);
                 }
@@ -148,21 +170,23 @@ impl Bvh {
         })
     }
 
-    /// As [`Bvh::closest`], but `test` gets the index of a block and answers for all its primitives.
+    /// As [`Bvh::closest`], but tests the primitives of a block, of which it gets the index, in one go.
     #[inline]
-    pub fn closest_block(&self, ray: &Ray, test: impl FnMut(u32, &Ray) -> Option<f64>) -> Option<f64> {
-        simd::closest(self, ray, test)
+    pub fn closest_block(&self, ray: &Ray, test: impl Test<u32>) -> Option<f64> {
+        simd::closest(&self.tree, ray, test)
     }
 
-    /// Whether anything is hit: whether `test` says so for one of the primitives that the ray may hit.
-    pub fn any(&self, ray: &Ray, mut test: impl FnMut(u32, &Ray) -> bool) -> bool {
-        self.any_block(ray, |block, ray| self.block(block).iter().any(|&primitive| test(primitive, ray)))
+    /// Whether anything is hit.
+    pub fn any(&self, ray: &Ray, mut test: impl Test<u32>) -> bool {
+        self.any_block(ray, |block: u32, ray: &Ray| {
+            self.block(block).iter().find_map(|&primitive| test.test(primitive, ray))
+        })
     }
 
-    /// As [`Bvh::any`], but `test` gets the index of a block and answers for all its primitives.
+    /// As [`Bvh::any`], but tests the primitives of a block, of which it gets the index, in one go.
     #[inline]
-    pub fn any_block(&self, ray: &Ray, test: impl FnMut(u32, &Ray) -> bool) -> bool {
-        simd::any(self, ray, test)
+    pub fn any_block(&self, ray: &Ray, test: impl Test<u32>) -> bool {
+        simd::any(&self.tree, ray, test)
     }
 }
 

@@ -4,28 +4,30 @@
 //! exists only where the processor has it, and aligned loads and stores. Its twin is [`Portable`].
 #![allow(unsafe_code)]
 
-use super::Bvh;
-use super::traverse::{self, Portable};
+use super::{
+    Test, Tree,
+    traverse::{self, Portable},
+};
 use crate::math::Ray;
 
 /// [`Bvh::closest_block`] with the best kernel.
 #[inline]
-pub(super) fn closest(bvh: &Bvh, ray: &Ray, test: impl FnMut(u32, &Ray) -> Option<f64>) -> Option<f64> {
+pub(super) fn closest(tree: &Tree, ray: &Ray, test: impl Test<u32>) -> Option<f64> {
     #[cfg(target_arch = "x86_64")]
     if let Some(kernel) = avx2::Avx2::detected() {
-        return kernel.closest(bvh, ray, test);
+        return kernel.closest(tree, ray, test);
     }
-    traverse::closest(Portable, bvh, ray, test)
+    traverse::closest(Portable, tree, ray, test)
 }
 
 /// [`Bvh::any_block`] with the best kernel.
 #[inline]
-pub(super) fn any(bvh: &Bvh, ray: &Ray, test: impl FnMut(u32, &Ray) -> bool) -> bool {
+pub(super) fn any(tree: &Tree, ray: &Ray, test: impl Test<u32>) -> bool {
     #[cfg(target_arch = "x86_64")]
     if let Some(kernel) = avx2::Avx2::detected() {
-        return kernel.any(bvh, ray, test);
+        return kernel.any(tree, ray, test);
     }
-    traverse::any(Portable, bvh, ray, test)
+    traverse::any(Portable, tree, ray, test)
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -33,7 +35,7 @@ pub(super) mod avx2 {
     use std::arch::x86_64::*;
 
     use super::super::traverse::{self, Kernel, Slabs};
-    use super::super::{Bvh, Lanes, Node, WIDTH};
+    use super::super::{Lanes, Node, Test, Tree, WIDTH};
     use crate::math::Ray;
 
     /// Eight boxes in one register. Who holds a value of this type runs on a processor with AVX2, and with the BMI1
@@ -50,20 +52,15 @@ pub(super) mod avx2 {
         }
 
         #[inline]
-        pub(in super::super) fn closest(
-            self,
-            bvh: &Bvh,
-            ray: &Ray,
-            test: impl FnMut(u32, &Ray) -> Option<f64>,
-        ) -> Option<f64> {
+        pub(in super::super) fn closest(self, tree: &Tree, ray: &Ray, test: impl Test<u32>) -> Option<f64> {
             // SAFETY: there is an `Avx2` only where its features were detected.
-            unsafe { closest(self, bvh, ray, test) }
+            unsafe { closest(self, tree, ray, test) }
         }
 
         #[inline]
-        pub(in super::super) fn any(self, bvh: &Bvh, ray: &Ray, test: impl FnMut(u32, &Ray) -> bool) -> bool {
+        pub(in super::super) fn any(self, tree: &Tree, ray: &Ray, test: impl Test<u32>) -> bool {
             // SAFETY: there is an `Avx2` only where its features were detected.
-            unsafe { any(self, bvh, ray, test) }
+            unsafe { any(self, tree, ray, test) }
         }
     }
 
@@ -76,13 +73,13 @@ pub(super) mod avx2 {
     }
 
     #[target_feature(enable = "avx2,bmi1,popcnt")]
-    fn closest(kernel: Avx2, bvh: &Bvh, ray: &Ray, test: impl FnMut(u32, &Ray) -> Option<f64>) -> Option<f64> {
-        traverse::closest(kernel, bvh, ray, test)
+    fn closest(kernel: Avx2, tree: &Tree, ray: &Ray, test: impl Test<u32>) -> Option<f64> {
+        traverse::closest(kernel, tree, ray, test)
     }
 
     #[target_feature(enable = "avx2,bmi1,popcnt")]
-    fn any(kernel: Avx2, bvh: &Bvh, ray: &Ray, test: impl FnMut(u32, &Ray) -> bool) -> bool {
-        traverse::any(kernel, bvh, ray, test)
+    fn any(kernel: Avx2, tree: &Tree, ray: &Ray, test: impl Test<u32>) -> bool {
+        traverse::any(kernel, tree, ray, test)
     }
 
     #[inline]

@@ -33,12 +33,12 @@ fn boxes(random: &mut Stream, count: usize, offset: DVec3, size: f64) -> Vec<Aab
 /// Which primitives the traversal offers, in ascending order.
 fn offered(bvh: &Bvh, ray: &Ray) -> Vec<u32> {
     let mut offered = vec![];
-    let any = bvh.any(ray, |primitive, _| {
+    let any = bvh.any(ray, |primitive, _: &Ray| {
         offered.push(primitive);
-        false
+        None
     });
     let mut again = vec![];
-    let closest = bvh.closest(ray, |primitive, _| {
+    let closest = bvh.closest(ray, |primitive, _: &Ray| {
         again.push(primitive);
         None
     });
@@ -54,7 +54,7 @@ fn check_below(bvh: &Bvh, bounds: &[Aabb], child: Child) -> Aabb {
     if let Some(block) = child.as_block() {
         return bvh.block(block).iter().fold(Aabb::EMPTY, |all, &i| all.union(bounds[i as usize]));
     }
-    let node = &bvh.nodes[child.0 as usize];
+    let node = &bvh.tree.nodes[child.0 as usize];
     let mut all = Aabb::EMPTY;
     for slot in present(node) {
         let below = check_below(bvh, bounds, node.children[slot]);
@@ -78,7 +78,7 @@ fn waiting(bvh: &Bvh, child: Child) -> usize {
     if child.as_block().is_some() {
         return 0;
     }
-    let node = &bvh.nodes[child.0 as usize];
+    let node = &bvh.tree.nodes[child.0 as usize];
     let deepest = present(node).map(|slot| waiting(bvh, node.children[slot])).max().unwrap_or(0);
     present(node).count() - 1 + deepest
 }
@@ -174,7 +174,7 @@ fn boxes_off_the_way_are_passed_over() {
         count += met.len();
         // Front to back: once something is hit, what lies behind is left alone.
         let mut visits = 0;
-        let t = bvh.closest(&ray, |i, ray| {
+        let t = bvh.closest(&ray, |i, ray: &Ray| {
             visits += 1;
             let (entry, exit) = span(&bounds[i as usize], ray);
             (entry <= exit && ray.contains(entry)).then_some(entry)
@@ -257,7 +257,45 @@ fn the_tree_does_not_depend_on_the_threads() {
     check_structure(&one, &bounds);
     for threads in [2, 7] {
         let other = build(threads);
-        assert!(one.nodes == other.nodes && one.order == other.order && one.starts == other.starts);
+        assert!(one.tree.nodes == other.tree.nodes && one.order == other.order && one.starts == other.starts);
+    }
+}
+
+#[test]
+fn a_forest_offers_what_its_trees_would() {
+    let mut random = Stream::at(&[15]);
+    for count in [0, 1, 3, 40] {
+        // Every third primitive is a box without a hierarchy; others have up to a hundred of one to four a block.
+        let mut boxes_of = |i: usize| {
+            let count = if i.is_multiple_of(3) { 1 } else { 1 + random.next_bits() as usize % 100 };
+            let offset = 2.0 * in_cube(&mut random);
+            boxes(&mut random, count, offset, 0.5)
+        };
+        let all: Vec<Vec<Aabb>> = (0..count).map(&mut boxes_of).collect();
+        let around = |boxes: &Vec<Aabb>| boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(*b));
+        let own = |i: usize| (!i.is_multiple_of(3)).then(|| Bvh::build_in_blocks(all[i].iter().copied(), 1 + i % 4));
+        let hierarchies: Vec<_> = (0..count).map(own).collect();
+        let top = Bvh::build(&all.iter().map(around).collect::<Vec<_>>());
+        let forest = Forest::new(&top, |i| hierarchies[i as usize].as_ref());
+        let members = |leaf: Leaf| match &hierarchies[leaf.primitive as usize] {
+            Some(own) => own.block(leaf.block).to_vec(),
+            None => vec![leaf.block],
+        };
+        let spans = |i: usize, k: u32, ray: &Ray| span(&all[i][k as usize], ray);
+        for _ in 0..500 {
+            let ray = Ray::new(4.0 * in_cube(&mut random), in_cube(&mut random));
+            let hit = |(entry, exit): (f64, f64), ray: &Ray| (entry <= exit && ray.contains(entry)).then_some(entry);
+            let expected = (0..count)
+                .flat_map(|i| (0..all[i].len() as u32).map(move |k| (i, k)))
+                .filter_map(|(i, k)| hit(spans(i, k, &ray), &ray))
+                .reduce(f64::min);
+            let test = |leaf: Leaf, ray: &Ray| {
+                let hits = members(leaf).into_iter().filter_map(|k| hit(spans(leaf.primitive as usize, k, ray), ray));
+                hits.reduce(f64::min)
+            };
+            assert_eq!(forest.closest(&ray, test), expected, "{ray:?}");
+            assert_eq!(forest.any(&ray, test), expected.is_some(), "{ray:?}");
+        }
     }
 }
 
@@ -309,10 +347,10 @@ fn both_kernels_visit_alike() {
             block.is_multiple_of(7).then_some(0.5 * ray.t_max.min(4.0))
         };
         let (mut with, mut without) = (vec![], vec![]);
-        let t = avx2.closest(&bvh, &ray, |block, ray| test(block, ray, &mut with));
-        let u = traverse::closest(Portable, &bvh, &ray, |block, ray| test(block, ray, &mut without));
-        let a = avx2.any(&bvh, &ray, |block, ray| test(block, ray, &mut with).is_some());
-        let b = traverse::any(Portable, &bvh, &ray, |block, ray| test(block, ray, &mut without).is_some());
+        let t = avx2.closest(&bvh.tree, &ray, |block, ray: &Ray| test(block, ray, &mut with));
+        let u = traverse::closest(Portable, &bvh.tree, &ray, |block, ray: &Ray| test(block, ray, &mut without));
+        let a = avx2.any(&bvh.tree, &ray, |block, ray: &Ray| test(block, ray, &mut with));
+        let b = traverse::any(Portable, &bvh.tree, &ray, |block, ray: &Ray| test(block, ray, &mut without));
         assert_eq!((t, a, with), (u, b, without));
     }
 }

@@ -1,12 +1,13 @@
 //! Front-to-back traversal with a conservative slab test in `f32`.
 
-use glam::DVec3;
+use arrayvec::ArrayVec;
+use glam::{BVec3, DVec3, Vec3};
 
-use super::{Bvh, Child, Lanes, MAX_LEVELS, Node, SLACK, WIDTH};
+use super::{Child, Lanes, MAX_LEVELS, Node, SLACK, Test, Tree, WIDTH};
 use crate::math::Ray;
 
-/// Every node on the path to the current one leaves at most seven others behind.
-pub(super) const STACK: usize = MAX_LEVELS as usize * (WIDTH - 1) + 1;
+/// Every node on the path to the current one leaves at most seven others behind; a forest has paths twice as long.
+pub(super) const STACK: usize = 2 * MAX_LEVELS as usize * (WIDTH - 1) + 1;
 
 /// The unit roundoff of `f32`.
 const ROUNDOFF: f64 = 1.0 / (1 << 24) as f64;
@@ -56,26 +57,19 @@ impl Slabs {
         let slack = DVec3::splat(slack) + 2.0 * ROUNDOFF * (ray.origin.abs() + slack);
         let (up, down) = ((ray.origin + slack).as_vec3(), (ray.origin - slack).as_vec3());
         let inverse = (ray.direction * inverse_scale).recip();
-        let mut slabs = Self {
-            near_origin: up.to_array(),
-            far_origin: down.to_array(),
-            near_inverse: [0.0; 3],
-            far_inverse: [0.0; 3],
-            is_down: [false; 3],
+        let is_lost = inverse.abs().cmpge(DVec3::splat(f64::from(f32::MAX))) & ray.direction.cmpne(DVec3::ZERO);
+        let near_inverse = if is_lost.any() { drop_axes(inverse, is_lost) } else { inverse.as_vec3() };
+        // A zero has an infinite inverse of the same sign.
+        let is_down = inverse.cmplt(DVec3::ZERO);
+        Self {
+            near_origin: std::array::from_fn(|axis| [up, down][usize::from(is_down.test(axis))][axis]),
+            far_origin: std::array::from_fn(|axis| [down, up][usize::from(is_down.test(axis))][axis]),
+            near_inverse: near_inverse.to_array(),
+            far_inverse: (near_inverse * (1.0 + 8.0 * ROUNDOFF) as f32).to_array(),
+            is_down: is_down.into(),
             start: with_room((ray.t_min * scale) as f32, -1.0),
             scale,
-        };
-        for axis in 0..3 {
-            let is_finite = inverse[axis].abs() < f64::from(f32::MAX) || ray.direction[axis] == 0.0;
-            slabs.near_inverse[axis] = if is_finite { inverse[axis] as f32 } else { f32::NAN };
-            slabs.far_inverse[axis] = slabs.near_inverse[axis] * (1.0 + 8.0 * ROUNDOFF) as f32;
-            // A zero has an infinite inverse of the same sign.
-            slabs.is_down[axis] = inverse[axis] < 0.0;
-            if slabs.is_down[axis] {
-                (slabs.near_origin[axis], slabs.far_origin[axis]) = (down[axis], up[axis]);
-            }
         }
-        slabs
     }
 
     /// The scaled parameter beyond which no box matters if hits at `t_max` and beyond do not.
@@ -83,6 +77,12 @@ impl Slabs {
     fn limit(&self, t_max: f64) -> f32 {
         with_room((t_max * self.scale) as f32, 1.0)
     }
+}
+
+/// The inverses in `f32`, and NaN for those that are infinite only there.
+#[cold]
+fn drop_axes(inverse: DVec3, is_lost: BVec3) -> Vec3 {
+    Vec3::select(is_lost, Vec3::NAN, inverse.as_vec3())
 }
 
 /// The power of two with the exponent of a positive number, and its inverse.
@@ -143,29 +143,7 @@ struct Visit {
 }
 
 /// What is still to be visited, the next one last.
-struct Stack<T> {
-    items: [T; STACK],
-    len: usize,
-}
-
-impl<T: Copy + Default> Stack<T> {
-    #[inline(always)]
-    fn new() -> Self {
-        Self { items: [T::default(); STACK], len: 0 }
-    }
-
-    #[inline(always)]
-    fn push(&mut self, item: T) {
-        self.items[self.len] = item;
-        self.len += 1;
-    }
-
-    #[inline(always)]
-    fn pop(&mut self) -> Option<T> {
-        self.len = self.len.checked_sub(1)?;
-        Some(self.items[self.len])
-    }
-}
+type Stack<T> = ArrayVec<T, STACK>;
 
 /// Pushes the children in `met` but for the one that is entered first, which is returned, the nearest last.
 #[inline(always)]
@@ -228,28 +206,24 @@ fn pop(stack: &mut Stack<Visit>, limit: f32) -> Option<Child> {
 
 /// [`Bvh::closest_block`] with a kernel.
 #[inline(always)]
-pub(super) fn closest<K: Kernel>(
-    kernel: K,
-    bvh: &Bvh,
-    ray: &Ray,
-    mut test: impl FnMut(u32, &Ray) -> Option<f64>,
-) -> Option<f64> {
+pub(super) fn closest<K: Kernel>(kernel: K, tree: &Tree, ray: &Ray, mut test: impl Test<u32>) -> Option<f64> {
     let mut ray = *ray;
     let mut found = None;
-    let slabs = Slabs::new(&ray, bvh.magnitude);
+    let slabs = Slabs::new(&ray, tree.magnitude);
     let mut limit = slabs.limit(ray.t_max);
     let mut stack = Stack::new();
-    let mut next = (!bvh.nodes.is_empty()).then(|| Child::node(0));
+    let mut next = (!tree.nodes.is_empty()).then(|| Child::node(0));
     while let Some(child) = next {
         if let Some(block) = child.as_block() {
-            if let Some(t) = test(block, &ray) {
+            if let Some(t) = test.test(block, &ray) {
                 ray.t_max = t;
                 found = Some(t);
-                limit = slabs.limit(t);
+                // The minimum changes nothing, but keeps the compiler from computing the limit anew for every node.
+                limit = limit.min(slabs.limit(t));
             }
             next = pop(&mut stack, limit);
         } else {
-            let node = &bvh.nodes[child.0 as usize];
+            let node = &tree.nodes[child.0 as usize];
             let (entry, met) = kernel.meet(node, &slabs, limit);
             next = push_sorted(&mut stack, node, &entry, met).or_else(|| pop(&mut stack, limit));
         }
@@ -259,18 +233,18 @@ pub(super) fn closest<K: Kernel>(
 
 /// [`Bvh::any_block`] with a kernel.
 #[inline(always)]
-pub(super) fn any<K: Kernel>(kernel: K, bvh: &Bvh, ray: &Ray, mut test: impl FnMut(u32, &Ray) -> bool) -> bool {
-    let slabs = Slabs::new(ray, bvh.magnitude);
+pub(super) fn any<K: Kernel>(kernel: K, tree: &Tree, ray: &Ray, mut test: impl Test<u32>) -> bool {
+    let slabs = Slabs::new(ray, tree.magnitude);
     let limit = slabs.limit(ray.t_max);
     let mut stack = Stack::<Child>::new();
-    let mut next = (!bvh.nodes.is_empty()).then(|| Child::node(0));
+    let mut next = (!tree.nodes.is_empty()).then(|| Child::node(0));
     while let Some(child) = next {
         if let Some(block) = child.as_block() {
-            if test(block, ray) {
+            if test.test(block, ray).is_some() {
                 return true;
             }
         } else {
-            let node = &bvh.nodes[child.0 as usize];
+            let node = &tree.nodes[child.0 as usize];
             let (_, mut met) = kernel.meet(node, &slabs, limit);
             while met != 0 {
                 stack.push(node.children[met.trailing_zeros() as usize % WIDTH]);

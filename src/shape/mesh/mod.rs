@@ -10,13 +10,13 @@ mod triangles;
 pub use data::{MeshData, MeshError, MeshFault};
 pub use obj::read_obj;
 pub use ply::read_ply;
-pub use triangles::{TriangleHit, Triangles};
+pub use triangles::{Shear, TriangleHit, Triangles};
 
 use std::{marker::PhantomData, path::Path};
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Drawn, Hit, Model, Surface};
+use super::{Drawn, Hit, Model, Surface, bvh::Bvh};
 use crate::{
     math::{Aabb, Frame, PerArea, Ray, warp},
     node::{Category, Described, Kind, Param, Params, Plugin, SceneError},
@@ -163,6 +163,13 @@ impl<F> Mesh<F> {
     }
 }
 
+impl From<TriangleHit> for Hit {
+    #[inline]
+    fn from(hit: TriangleHit) -> Self {
+        Self { t: hit.t, primitive: hit.triangle, coordinates: DVec2::new(hit.b1, hit.b2) }
+    }
+}
+
 fn wide(v: [f32; 3]) -> DVec3 {
     DVec3::from_array(v.map(f64::from))
 }
@@ -177,12 +184,17 @@ impl<F> Model for Mesh<F> {
     }
 
     fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        let hit = self.triangles.closest(ray)?;
-        Some(Hit { t: hit.t, primitive: hit.triangle, coordinates: DVec2::new(hit.b1, hit.b2) })
+        self.triangles.closest(ray).map(Hit::from)
     }
 
-    fn occludes(&self, ray: &Ray) -> bool {
-        self.triangles.occluded(ray)
+    fn hierarchy(&self) -> Option<&Bvh> {
+        Some(self.triangles.bvh())
+    }
+
+    #[inline(always)]
+    fn intersect_block(&self, block: u32, ray: &Ray, shear: &mut Option<Shear>) -> Option<Hit> {
+        let shear = shear.get_or_insert_with(|| Shear::new(ray));
+        self.triangles.closest_in_block(block, ray, shear).map(Hit::from)
     }
 
     fn surface(&self, _ray: &Ray, hit: &Hit) -> Surface {

@@ -53,7 +53,7 @@ impl Triangles {
         let corners = |i: &[u32; 3]| i.map(|k| positions[k as usize]);
         let bounds = indices.iter().map(|i| bounds(&corners(i)));
         let bvh = Bvh::build_in_blocks(bounds, LANES);
-        let fill = |block| Block::new(bvh.block(block).iter().map(|&i| corners(&indices[i as usize])));
+        let fill = |block| Block::new(bvh.block(block).iter().map(|&i| (i, corners(&indices[i as usize]))));
         let blocks = (0..bvh.block_count() as u32).map(fill).collect();
         Self { positions, indices, bvh, blocks }
     }
@@ -93,19 +93,32 @@ impl Triangles {
     pub fn closest(&self, ray: &Ray) -> Option<TriangleHit> {
         let shear = Shear::new(ray);
         let mut best = None;
-        self.bvh.closest_block(ray, |block, ray| {
-            let (lane, hit) = self.blocks[block as usize].closest(&shear, ray)?;
-            best = Some((block, lane, hit));
+        self.bvh.closest_block(ray, |block: u32, ray: &Ray| {
+            let hit = self.closest_in_block(block, ray, &shear)?;
+            best = Some(hit);
             Some(hit.t)
         });
-        best.map(|(block, lane, hit)| TriangleHit { triangle: self.bvh.block(block)[lane], ..hit })
+        best
     }
 
     /// Whether the ray meets any triangle.
     #[must_use]
     pub fn occluded(&self, ray: &Ray) -> bool {
         let shear = Shear::new(ray);
-        self.bvh.any_block(ray, |block, ray| self.blocks[block as usize].closest(&shear, ray).is_some())
+        self.bvh.any_block(ray, |block: u32, ray: &Ray| Some(self.closest_in_block(block, ray, &shear)?.t))
+    }
+
+    /// The hierarchy, in whose blocks [`Triangles::closest_in_block`] looks.
+    #[must_use]
+    pub fn bvh(&self) -> &Bvh {
+        &self.bvh
+    }
+
+    /// The first triangle of one block that the ray meets, given the ray's shear.
+    #[inline(always)]
+    #[must_use]
+    pub fn closest_in_block(&self, block: u32, ray: &Ray, shear: &Shear) -> Option<TriangleHit> {
+        self.blocks[block as usize].closest(shear, ray)
     }
 }
 
@@ -122,7 +135,8 @@ fn bounds(corners: &[[f32; 3]; 3]) -> Aabb {
 }
 
 /// The map that takes a ray to the unit of the `z` axis.
-struct Shear {
+#[derive(Clone, Copy, Debug)]
+pub struct Shear {
     /// Which axes become `x, y, z`.
     axes: [usize; 3],
     /// The origin of the ray, on those axes.
@@ -132,7 +146,10 @@ struct Shear {
 }
 
 impl Shear {
-    fn new(ray: &Ray) -> Self {
+    /// The shear of a ray, whatever part of it counts.
+    #[inline]
+    #[must_use]
+    pub fn new(ray: &Ray) -> Self {
         let [x, y, z] = ray.direction.abs().to_array();
         let axes = if x > y && x > z {
             [1, 2, 0]
@@ -157,6 +174,8 @@ type Lanes = [f64; LANES];
 struct Block {
     /// `corners[corner][axis][lane]`
     corners: [[[f32; LANES]; 3]; 3],
+    /// The number of the triangle in each lane.
+    triangles: [u32; LANES],
 }
 
 /// The sheared corner of each triangle of a block, and its edge functions.
@@ -167,10 +186,11 @@ struct Sheared {
 }
 
 impl Block {
-    fn new(triangles: impl Iterator<Item = [[f32; 3]; 3]>) -> Self {
-        let mut block = Self { corners: [[[0.0; LANES]; 3]; 3] };
-        for (lane, triangle) in triangles.enumerate() {
-            for (corner, position) in triangle.iter().enumerate() {
+    fn new(triangles: impl Iterator<Item = (u32, [[f32; 3]; 3])>) -> Self {
+        let mut block = Self { corners: [[[0.0; LANES]; 3]; 3], triangles: [0; LANES] };
+        for (lane, (number, corners)) in triangles.enumerate() {
+            block.triangles[lane] = number;
+            for (corner, position) in corners.iter().enumerate() {
                 for (axis, &x) in position.iter().enumerate() {
                     block.corners[corner][axis][lane] = x;
                 }
@@ -179,9 +199,8 @@ impl Block {
         block
     }
 
-    /// The closest hit and its lane; the number of the triangle is yet to be set.
     #[inline(always)]
-    fn closest(&self, shear: &Shear, ray: &Ray) -> Option<(usize, TriangleHit)> {
+    fn closest(&self, shear: &Shear, ray: &Ray) -> Option<TriangleHit> {
         let sheared = self.sheared(shear);
         let mut candidates = sheared.candidates();
         let mut t_max = ray.t_max;
@@ -194,7 +213,7 @@ impl Block {
                 && hit.t < t_max
             {
                 t_max = hit.t;
-                best = Some((lane, hit));
+                best = Some(TriangleHit { triangle: self.triangles[lane], ..hit });
             }
         }
         best
@@ -246,7 +265,7 @@ impl Sheared {
         inside.iter().enumerate().fold(0, |set, (lane, &inside)| set | u32::from(inside >= 0.0) << lane)
     }
 
-    /// The hit of a candidate, unless it is seen exactly edge-on.
+    /// The hit of a candidate, whose number is yet to be set, unless it is seen exactly edge-on.
     #[inline(always)]
     fn hit(&self, lane: usize, shear: &Shear) -> Option<TriangleHit> {
         let (u, v, w) = (self.edges[0][lane], self.edges[1][lane], self.edges[2][lane]);
@@ -328,9 +347,8 @@ mod tests {
                 continue;
             }
             let t_max = best.map_or(ray.t_max, |hit| hit.t);
-            if let Some((_, hit)) = Block::new(std::iter::once(corners)).closest(&shear, &Ray { t_max, ..*ray }) {
-                best = Some(TriangleHit { triangle: number as u32, ..hit });
-            }
+            let alone = Block::new(std::iter::once((number as u32, corners)));
+            best = alone.closest(&shear, &Ray { t_max, ..*ray }).or(best);
         }
         best
     }
