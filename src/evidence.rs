@@ -6,7 +6,7 @@ use std::{
 };
 
 use glob::Pattern;
-use serde::{Deserialize, Serialize};
+use rayon::prelude::*;
 
 use crate::{
     bsdf,
@@ -21,6 +21,9 @@ use crate::{
     stats::{Outcome, Verdict, binomial},
 };
 
+/// By how much the image of a scene is falsified, to see that its verdict would notice.
+pub const SCALED: f64 = 1.005;
+
 /// Every law, list by list.
 pub fn laws() -> impl Iterator<Item = &'static Law> {
     let lists = [
@@ -30,14 +33,16 @@ pub fn laws() -> impl Iterator<Item = &'static Law> {
         sampler::laws::LAWS,
         film::laws::LAWS,
         sensor::laws::LAWS,
-        integrator::laws::LAWS,
+        integrator::laws::lights::LAWS,
+        integrator::laws::rooms::LAWS,
+        integrator::laws::glass::LAWS,
         render::laws::LAWS,
     ];
     lists.into_iter().flatten()
 }
 
 /// One line of the table: a claim about a subject, the number that was found, and whether it bears the claim out.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
 pub struct Row {
     /// The law's name.
     pub name: String,
@@ -47,7 +52,7 @@ pub struct Row {
     pub source: String,
     /// The number.
     pub finding: Finding,
-    /// The level at which a test fails; the same for all tests of a run.
+    /// The level at which a test fails: what [`crate::law::LEVEL`] leaves to each of the tests of all rows.
     pub level: f64,
     /// Whether it holds.
     pub passed: bool,
@@ -56,7 +61,7 @@ pub struct Row {
 }
 
 /// A scene that was rendered and compared with its reference.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
 pub struct SceneEvidence {
     /// The name of its row, `reference/` and the name of the scene.
     pub name: String,
@@ -72,14 +77,13 @@ pub struct SceneEvidence {
     pub conclusion: String,
     /// Whether they agree.
     pub passed: bool,
-    /// The verdict on the same image times 1.005, which must differ.
+    /// The verdict on the same image times [`SCALED`], which must differ.
     pub scaled: Outcome,
     /// Seconds to render.
     pub seconds: f64,
     /// Commands that show the same.
     pub reproduce: Vec<String>,
     /// Our pixels and the reference's, for the pictures.
-    #[serde(skip)]
     pub images: Images,
 }
 
@@ -95,10 +99,12 @@ pub struct Images {
 }
 
 /// A whole run of `verify`.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
 pub struct Evidence {
     /// The version of this program.
     pub version: String,
+    /// Which rows were asked for, as a glob.
+    pub only: String,
     /// How much work was done.
     pub effort: Effort,
     /// Wall-clock seconds.
@@ -148,42 +154,57 @@ pub enum EvidenceError {
 ///
 /// # Errors
 /// If the scenes or their references are missing, broken or stale, or nothing matches.
-pub fn verify(root: &Path, only: &Pattern, effort: Effort, tell: &dyn Fn(&str)) -> Result<Evidence, EvidenceError> {
+pub fn verify(
+    root: &Path,
+    only: &Pattern,
+    effort: Effort,
+    tell: &(dyn Fn(&str) + Sync),
+) -> Result<Evidence, EvidenceError> {
     let start = Instant::now();
-    let scenes = scenes(root)?;
-    let mut findings = Vec::new();
-    for law in laws().filter(|law| only.matches(law.name)) {
-        tell(law.name);
-        findings.extend((law.check)(effort).into_iter().map(|finding| (law, finding)));
-    }
-    let mut evidence = Evidence {
-        version: provenance::version(),
-        effort,
-        seconds: 0.0,
-        threads: rayon::current_num_threads(),
-        rows: rows(findings, effort),
-        scenes: Vec::new(),
-    };
-    for scene in scenes {
+    let files = scenes(root)?;
+    let mut findings = findings(laws().filter(|law| only.matches(law.name)), effort, tell);
+    let mut scenes = Vec::new();
+    for scene in files {
         let name = format!("reference/{}", stem(&scene));
         if only.matches(&name) {
             tell(&name);
-            evidence.scenes.push(compare_scene(root, name, scene, effort)?);
+            scenes.push(compare_scene(root, name, scene, effort)?);
         }
     }
     if only.matches(CALIBRATION.name) {
         tell(CALIBRATION.name);
-        let found = calibrate(root, effort)?;
-        evidence.rows.extend(rows(found.into_iter().map(|finding| (&CALIBRATION, finding)).collect(), effort));
+        findings.extend(calibrate(root, effort)?.into_iter().map(|finding| (&CALIBRATION, finding)));
     }
-    if evidence.rows.is_empty() && evidence.scenes.is_empty() {
+    if findings.is_empty() && scenes.is_empty() {
         return Err(EvidenceError::Nothing(only.as_str().to_owned()));
     }
-    evidence.seconds = start.elapsed().as_secs_f64();
-    Ok(evidence)
+    Ok(Evidence {
+        version: provenance::version(),
+        only: only.as_str().to_owned(),
+        effort,
+        threads: rayon::current_num_threads(),
+        rows: rows(findings, effort),
+        scenes,
+        seconds: start.elapsed().as_secs_f64(),
+    })
 }
 
-/// All findings, judged at the level that their number of tests leaves to each.
+/// What laws find, in their order.
+fn findings(
+    laws: impl Iterator<Item = &'static Law>,
+    effort: Effort,
+    tell: &(dyn Fn(&str) + Sync),
+) -> Vec<(&'static Law, Finding)> {
+    let laws: Vec<_> = laws.collect();
+    let check = |law: &&'static Law| {
+        tell(law.name);
+        (law.check)(effort)
+    };
+    let found: Vec<_> = laws.par_iter().map(check).collect();
+    laws.into_iter().zip(found).flat_map(|(law, found)| found.into_iter().map(move |finding| (law, finding))).collect()
+}
+
+/// All findings of a run, judged at the level that their number of tests leaves to each.
 fn rows(findings: Vec<(&Law, Finding)>, effort: Effort) -> Vec<Row> {
     let tests = findings.iter().filter(|(_, finding)| matches!(finding.measured, Measured::Test { .. })).count();
     let level = level_of_each(tests);
@@ -242,7 +263,7 @@ fn compare_scene(root: &Path, name: String, scene: PathBuf, effort: Effort) -> R
         ours = Side::of_passes(&renderer, first, passes);
         found = comparison::with_reference(&ours, &reference)?;
     }
-    let scaled = comparison::with_reference(&ours.scaled(1.005), &reference)?;
+    let scaled = comparison::with_reference(&ours.scaled(SCALED), &reference)?;
     let outcome = |comparison: &Comparison| comparison.verdict.as_ref().map(|verdict| verdict.outcome);
     let by = &reference.provenance;
     let spp = by.spp_per_batch * by.batches;
@@ -303,6 +324,16 @@ fn calibrate(root: &Path, effort: Effort) -> Result<Vec<Finding>, EvidenceError>
 mod tests {
     use super::*;
     use crate::catalogue;
+
+    #[test]
+    fn all_laws_hold() {
+        let failed: Vec<_> = rows(findings(laws(), Effort::Quick, &|_| {}), Effort::Quick)
+            .into_iter()
+            .filter(|row| !row.passed)
+            .map(|row| format!("{}: {}: {:?}", row.name, row.finding.subject, row.finding.measured))
+            .collect();
+        assert!(failed.is_empty(), "{}", failed.join("\n"));
+    }
 
     #[test]
     fn every_plugin_names_evidence_that_exists() {

@@ -41,7 +41,7 @@ impl Effort {
 }
 
 /// One number that a law yields.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
     /// What it is about: a plugin, a parameter, an angle.
     pub subject: String,
@@ -50,7 +50,7 @@ pub struct Finding {
 }
 
 /// A number with what it is held against.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Measured {
     /// A computed value and the one it should have, within a bound that was derived.
     Value {
@@ -147,15 +147,4 @@ pub fn judge(finding: &Finding, level: f64) -> bool {
         Measured::Value { value, expected, bound } => (value - expected).abs() <= *bound,
         Measured::Test { p, .. } => *p >= level,
     }
-}
-
-/// Runs laws and lists what fails, one line each; the tests of all of them share the level.
-#[must_use]
-pub fn failures(laws: &[Law], effort: Effort) -> Vec<String> {
-    let findings: Vec<_> =
-        laws.iter().flat_map(|law| (law.check)(effort).into_iter().map(move |f| (law.name, f))).collect();
-    let tests = findings.iter().filter(|(_, f)| matches!(f.measured, Measured::Test { .. })).count();
-    let level = level_of_each(tests);
-    let failed = findings.iter().filter(|(_, finding)| !judge(finding, level));
-    failed.map(|(name, finding)| format!("{name}: {}: {:?}", finding.subject, finding.measured)).collect()
 }

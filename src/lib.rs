@@ -12,6 +12,31 @@
 //!    images, the [`evidence`] that claims hold, and its [`report`].
 //!
 //! The command line, `cli`, is the binary's.
+//!
+//! A white ball under an even sky cannot be seen, because every path brings the sky's radiance:
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use etendue::{integrator::Overrides, node::xml, render::{Pass, Renderer}};
+//!
+//! let scene = r#"<scene version="3.0.0">
+//!     <integrator type="path"/>
+//!     <sensor type="perspective">
+//!         <transform name="to_world"><lookat origin="0, 0, 4" target="0, 0, 0" up="0, 1, 0"/></transform>
+//!         <film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="8"/></film>
+//!     </sensor>
+//!     <shape type="sphere"><bsdf type="diffuse"><rgb name="reflectance" value="1"/></bsdf></shape>
+//!     <emitter type="constant"><rgb name="radiance" value="0.5"/></emitter>
+//! </scene>"#;
+//! let document = xml::parse(scene, "scene.xml", Path::new(""), &[])?;
+//! let renderer = Renderer::new(&document, &Overrides::default())?;
+//! let film = renderer.render(Pass { seed: 1, number: 0, samples: 256 }, &|_| {});
+//! for [red, green, blue] in film.means() {
+//!     assert!((red - 0.5).abs() < 0.1 && green == red && blue == red);
+//! }
+//! # Ok::<(), etendue::node::SceneError>(())
+//! ```
 
 pub mod math;
 pub mod stats;

@@ -42,12 +42,14 @@ impl Verify {
                 eprint!("\r\x1b[K{name}");
             }
         };
-        let evidence = pool.install(|| evidence::verify(&self.root, &only, effort, &tell))?;
+        // Paths read as they are typed: without a dot in front.
+        let root = self.root.strip_prefix(".").unwrap_or(&self.root);
+        let evidence = pool.install(|| evidence::verify(root, &only, effort, &tell))?;
         if watched {
             eprint!("\r\x1b[K");
         }
         print(&evidence)?;
-        let page = report::write(&self.root, &evidence, self.full && self.only == "*")?;
+        let page = report::write(root, &evidence, self.full && self.only == "*")?;
         say(page.display())?;
         Ok(if evidence.passed() { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
     }

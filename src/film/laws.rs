@@ -142,15 +142,3 @@ fn footprint(_: Effort) -> Vec<Finding> {
     findings.push(Finding::value("tent, mean at the border", mean, 2.0 / 21.0, 1e-5));
     findings
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::law::failures;
-
-    #[test]
-    fn all_laws_hold() {
-        let failed = failures(LAWS, Effort::Quick);
-        assert!(failed.is_empty(), "{}", failed.join("\n"));
-    }
-}

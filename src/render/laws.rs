@@ -161,15 +161,3 @@ fn means(renderer: &Renderer, pass: Pass) -> Vec<Finding> {
     findings.push(Finding::error("sample_count", miscounted as f64, 0.0));
     findings
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::law::failures;
-
-    #[test]
-    fn all_laws_hold() {
-        let failed = failures(LAWS, Effort::Quick);
-        assert!(failed.is_empty(), "{}", failed.join("\n"));
-    }
-}

@@ -47,12 +47,16 @@ pub fn write(root: &Path, evidence: &Evidence, summary: bool) -> Result<PathBuf,
     Ok(page)
 }
 
-/// The command that gathers everything with the same effort.
-fn command(effort: Effort) -> &'static str {
-    match effort {
-        Effort::Quick => "etendue verify",
-        Effort::Full => "etendue verify --full",
+/// The command that gathers the same evidence.
+fn command(evidence: &Evidence) -> String {
+    let mut command = "etendue verify".to_owned();
+    if evidence.only != "*" {
+        command += &format!(" --only '{}'", evidence.only);
     }
+    if evidence.effort == Effort::Full {
+        command += " --full";
+    }
+    command
 }
 
 /// A name as the anchor of a link: letters and digits, all else a hyphen.

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::{command, laws, laws::Group, mark::Mark, number, scenes::SceneView};
 use crate::{
-    evidence::{Evidence, Row},
+    evidence::{Evidence, Row, SCALED},
     law::{Effort, Measured},
     stats::{VerdictConfig, multiple::sidak_p},
 };
@@ -19,14 +19,16 @@ struct Page {
     script: &'static str,
     version: String,
     effort: &'static str,
+    /// What an image is multiplied by to see that its verdict would notice.
+    scaled: f64,
     made: String,
     seconds: String,
     threads: usize,
-    command: &'static str,
+    command: String,
     total: usize,
     passed: bool,
     failures: Vec<Failure>,
-    levels: Vec<Level>,
+    level: Option<Level>,
     config: Option<Config>,
     findings: usize,
     groups: Vec<Group>,
@@ -43,7 +45,7 @@ struct Failure {
     mark: Mark,
 }
 
-/// Tests that share a level.
+/// What the tests share.
 #[derive(Debug, Serialize)]
 struct Level {
     tests: usize,
@@ -95,11 +97,12 @@ impl Page {
             made: utc(SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())),
             seconds: number::duration(evidence.seconds),
             threads: evidence.threads,
-            command: command(evidence.effort),
+            command: command(evidence),
+            scaled: SCALED,
             total: evidence.rows.len() + evidence.scenes.len(),
             passed: failures.is_empty(),
             failures,
-            levels: levels(&evidence.rows),
+            level: level(&evidence.rows),
             config: config(evidence),
             findings: evidence.rows.len(),
             groups: Group::all(&evidence.rows),
@@ -130,21 +133,12 @@ fn failures(rows: &[Row], scenes: &[SceneView]) -> Vec<Failure> {
     laws::failures(rows).into_iter().map(of_law).chain(scenes).collect()
 }
 
-/// The distinct levels, each with the number of tests that were held to it.
-fn levels(rows: &[Row]) -> Vec<Level> {
-    let mut counts: Vec<(f64, usize)> = Vec::new();
-    for row in rows.iter().filter(|row| matches!(row.finding.measured, Measured::Test { .. })) {
-        match counts.iter_mut().find(|(level, _)| *level == row.level) {
-            Some((_, count)) => *count += 1,
-            None => counts.push((row.level, 1)),
-        }
-    }
-    let view = |(level, tests)| Level {
-        tests,
-        each: number::significant(level, 3),
-        together: number::percent(sidak_p(level, tests)),
-    };
-    counts.into_iter().map(view).collect()
+/// The level that the tests of all rows share, if there are any.
+fn level(rows: &[Row]) -> Option<Level> {
+    let is_test = |row: &&Row| matches!(row.finding.measured, Measured::Test { .. });
+    let each = rows.iter().find(is_test)?.level;
+    let tests = rows.iter().filter(is_test).count();
+    Some(Level { tests, each: number::significant(each, 3), together: number::percent(sidak_p(each, tests)) })
 }
 
 fn config(evidence: &Evidence) -> Option<Config> {
@@ -240,8 +234,8 @@ mod tests {
     }
 
     #[test]
-    fn levels_are_those_of_the_rows() {
-        let level = &levels(&sample::passing().rows)[0];
+    fn the_level_is_that_of_the_rows() {
+        let level = level(&sample::passing().rows).unwrap();
         assert_eq!((level.tests, level.each.as_str(), level.together.as_str()), (1, "0.001", "0.1\u{202f}%"));
     }
 

@@ -61,7 +61,15 @@ fn scene(name: &str, off: f64, outcome: Outcome) -> SceneEvidence {
 }
 
 fn evidence(rows: Vec<Row>, scenes: Vec<SceneEvidence>) -> Evidence {
-    Evidence { version: "0.1.0".into(), effort: Effort::Full, seconds: 12.5, threads: 2, rows, scenes }
+    Evidence {
+        version: "0.1.0".into(),
+        only: "*".into(),
+        effort: Effort::Full,
+        seconds: 12.5,
+        threads: 2,
+        rows,
+        scenes,
+    }
 }
 
 /// Everything holds.

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::{anchor, histogram::Histogram, mark::Mark, number, pictures::Pictures};
 use crate::{
     comparison::TILE,
-    evidence::SceneEvidence,
+    evidence::{SCALED, SceneEvidence},
     stats::{Outcome, Verdict, verdict::PeakTest},
 };
 
@@ -98,7 +98,7 @@ fn reasons(scene: &SceneEvidence) -> String {
         }
     }
     if scene.scaled != Outcome::Differs {
-        reasons.push("the same image times 1.005 is not told apart".into());
+        reasons.push(format!("the same image times {SCALED} is not told apart"));
     }
     reasons.join(", ")
 }
@@ -171,7 +171,7 @@ fn circumstances(scene: &SceneEvidence) -> Vec<Number> {
     );
     let ours = scene.comparison.spp.map_or("unknown".into(), |spp| format!("{spp} spp"));
     vec![
-        Number { label: "Ours × 1.005", text: scaled.into() },
+        Number { label: "Ours falsified", text: format!("times {SCALED}: {scaled}") },
         Number { label: "Samples of ours", text: format!("{ours}, {}", number::duration(scene.seconds)) },
         Number { label: "Reference by", text: scene.reference_by.clone() },
         Number { label: "RMSE", text: errors },

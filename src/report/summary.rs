@@ -84,7 +84,9 @@ pub struct SummaryScene {
     pub relative_mse: f64,
     /// Our samples per pixel.
     pub spp: Option<u64>,
-    /// Whether the same image times 1.005 differs, as it must.
+    /// Whether the same image times [`SCALED`] differs, as it must.
+    ///
+    /// [`SCALED`]: crate::evidence::SCALED
     pub scaled_differs: bool,
     /// Seconds to render.
     pub seconds: f64,
@@ -97,7 +99,7 @@ impl Summary {
     #[must_use]
     pub fn new(evidence: &Evidence) -> Self {
         Self {
-            command: command(evidence.effort).into(),
+            command: command(evidence),
             version: evidence.version.clone(),
             effort: evidence.effort,
             seconds: evidence.seconds,
@@ -166,7 +168,7 @@ pub fn markdown(evidence: &Evidence) -> String {
         if failed == 0 { format!("All {total} rows hold.") } else { format!("**{failed} of {total} rows fail.**") };
     let mut text = format!(
         "# What etendue claims, checked\n\nMade by `{}`, version {}, in {} on {} threads. {conclusion}\n",
-        command(evidence.effort),
+        command(evidence),
         evidence.version,
         number::duration(evidence.seconds),
         evidence.threads,

@@ -128,15 +128,3 @@ fn estimate(sampler: &Sampler, (pixel, pass): (u64, u64), skipped: usize) -> f64
         .sum();
     sum / f64::from(SAMPLES)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::law::failures;
-
-    #[test]
-    fn all_laws_hold() {
-        let failed = failures(LAWS, Effort::Quick);
-        assert!(failed.is_empty(), "{}", failed.join("\n"));
-    }
-}

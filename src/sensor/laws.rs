@@ -165,15 +165,3 @@ fn blur(camera: &Camera, name: &str, film: DVec2, depth: f64, samples: u32) -> V
     findings.push(Finding::mean(format!("{name}, mean square"), &squares, 0.5 * radius * radius));
     findings
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::law::failures;
-
-    #[test]
-    fn all_laws_hold() {
-        let failed = failures(LAWS, Effort::Quick);
-        assert!(failed.is_empty(), "{}", failed.join("\n"));
-    }
-}

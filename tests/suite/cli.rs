@@ -352,5 +352,5 @@ fn verify_refuses_references_that_are_stale_or_broken() {
     }
     let said = run(&mut Folder::new().etendue("verify"));
     assert_eq!(said.code, Some(2));
-    assert!(said.err.starts_with("./assets/scenes: "), "{}", said.err);
+    assert!(said.err.starts_with("assets/scenes: "), "{}", said.err);
 }

@@ -157,15 +157,3 @@ fn shading_normals(effort: Effort) -> Vec<Finding> {
         }
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::law::failures;
-
-    #[test]
-    fn all_laws_hold() {
-        let failed = failures(LAWS, Effort::Quick);
-        assert!(failed.is_empty(), "{}", failed.join("\n"));
-    }
-}

@@ -1,0 +1,233 @@
+//! What the laws of shapes are about: every example of the list and some meshes, with what is known of them.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use crate::{
+    math::{Frame, Ray, rng::Stream, warp},
+    node::{Document, Params, xml},
+    shape::{
+        Form, Model as _, Shape, Surface,
+        mesh::{Mesh, MeshData, Ply},
+    },
+};
+
+/// A shape with what is known of it from elsewhere.
+pub(super) struct Subject {
+    pub(super) name: String,
+    pub(super) shape: Shape,
+    /// What else is known, if anything.
+    pub(super) known: Option<Known>,
+}
+
+/// What is known of a shape without asking it.
+pub(super) struct Known {
+    /// How far a point is from fulfilling its equation.
+    pub(super) equation: Box<dyn Fn(DVec3) -> f64>,
+    pub(super) area: f64,
+    /// Of what it encloses, if it is closed.
+    pub(super) volume: Option<f64>,
+    pub(super) convex: bool,
+}
+
+pub(super) fn subjects() -> Vec<Subject> {
+    let examples = Form::PLUGINS.iter().flat_map(|plugin| {
+        plugin.examples.iter().enumerate().map(|(i, example)| {
+            let document = xml::parse_element(example).expect("examples are valid XML");
+            from_example(format!("{} #{}", plugin.name, i + 1), &document)
+        })
+    });
+    examples.chain(meshes()).collect()
+}
+
+fn from_example(name: String, document: &Document) -> Subject {
+    let params = Shape::params(document, document.root).expect("examples are valid shapes");
+    let shape = Shape::read_from(&params).expect("examples are valid shapes");
+    Subject { known: known(&params), name, shape }
+}
+
+/// From the parameters alone, anew.
+fn known(params: &Params<'_>) -> Option<Known> {
+    let float = |name| params.float(name).expect("examples are valid");
+    let point = |name| params.point(name).expect("examples are valid");
+    let to_world = params.transform("to_world").expect("examples are valid");
+    let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| to_world.transform_vector3(axis));
+    let volume = |map: DAffine3| map.matrix3.determinant().abs();
+    Some(match params.plugin().name {
+        "sphere" => {
+            let map = to_world
+                * DAffine3::from_translation(point("center"))
+                * DAffine3::from_scale(DVec3::splat(float("radius")));
+            let equation = |p: DVec3| (p.length() - 1.0).abs();
+            Known {
+                equation: local(map, equation),
+                area: ellipsoid_area(&map),
+                volume: Some(4.0 / 3.0 * PI * volume(map)),
+                convex: true,
+            }
+        }
+        "cube" => {
+            let area = 8.0 * (x.cross(y).length() + y.cross(z).length() + z.cross(x).length());
+            let equation = |p: DVec3| (p.abs().max_element() - 1.0).abs();
+            Known { equation: local(to_world, equation), area, volume: Some(8.0 * volume(to_world)), convex: true }
+        }
+        "rectangle" => {
+            let equation = |p: DVec3| p.z.abs() + (p.x.abs() - 1.0).max(0.0) + (p.y.abs() - 1.0).max(0.0);
+            open(to_world, equation, 4.0 * x.cross(y).length())
+        }
+        "disk" => {
+            let equation = |p: DVec3| p.z.abs() + (p.truncate().length() - 1.0).max(0.0);
+            open(to_world, equation, PI * x.cross(y).length())
+        }
+        "cylinder" => {
+            let (p0, axis) = (point("p0"), point("p1") - point("p0"));
+            let (s, t) = axis.normalize().any_orthonormal_pair();
+            let matrix3 = DMat3::from_cols(float("radius") * s, float("radius") * t, axis);
+            let map = to_world * DAffine3 { matrix3, translation: p0 };
+            let equation = |p: DVec3| (p.truncate().length() - 1.0).abs() + (-p.z).max(p.z - 1.0).max(0.0);
+            open(map, equation, mantle_area(&map))
+        }
+        _ => return None,
+    })
+}
+
+fn open(map: DAffine3, equation: fn(DVec3) -> f64, area: f64) -> Known {
+    Known { equation: local(map, equation), area, volume: None, convex: false }
+}
+
+fn local(map: DAffine3, equation: fn(DVec3) -> f64) -> Box<dyn Fn(DVec3) -> f64> {
+    let inverse = map.inverse();
+    Box::new(move |p| equation(inverse.transform_point3(p)))
+}
+
+/// `∫ |∂θ p × ∂φ p| dθ dφ` by the midpoint rule, good to 1e-6.
+fn ellipsoid_area(map: &DAffine3) -> f64 {
+    const N: (usize, usize) = (1000, 128);
+    let cell = |i: usize, j: usize| {
+        let (theta, phi) = (PI * (i as f64 + 0.5) / N.0 as f64, TAU * j as f64 / N.1 as f64);
+        let ((st, ct), (sp, cp)) = (theta.sin_cos(), phi.sin_cos());
+        let along = map.transform_vector3(DVec3::new(ct * cp, ct * sp, -st));
+        let around = map.transform_vector3(DVec3::new(-st * sp, st * cp, 0.0));
+        along.cross(around).length()
+    };
+    let sum: f64 = (0..N.0 * N.1).map(|k| cell(k / N.1, k % N.1)).sum();
+    sum * PI * TAU / (N.0 * N.1) as f64
+}
+
+/// Likewise; the midpoint rule is exact to rounding for a periodic function.
+fn mantle_area(map: &DAffine3) -> f64 {
+    const N: usize = 512;
+    let along = map.transform_vector3(DVec3::Z);
+    let around = |phi: f64| map.transform_vector3(DVec3::new(-phi.sin(), phi.cos(), 0.0));
+    (0..N).map(|j| around(TAU * j as f64 / N as f64).cross(along).length()).sum::<f64>() * TAU / N as f64
+}
+
+/// Closed meshes: a convex one and one with a hole, flat and smooth.
+fn meshes() -> Vec<Subject> {
+    let squeezed = DAffine3::from_translation(DVec3::new(0.5, -1.0, 2.0))
+        * DAffine3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.7)
+        * DAffine3::from_scale(DVec3::new(1.5, 0.7, 1.0));
+    vec![
+        mesh("flat octahedron", octahedron(), &squeezed, true, true),
+        mesh("smooth octahedron", octahedron(), &DAffine3::IDENTITY, false, true),
+        mesh("flat torus", torus(), &DAffine3::IDENTITY, true, false),
+        mesh("smooth torus", torus(), &squeezed, false, false),
+    ]
+}
+
+pub(in crate::shape) fn octahedron() -> MeshData {
+    let corners =
+        [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]];
+    let upper = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4]];
+    let lower = [[2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+    let triangles = upper.into_iter().chain(lower).collect();
+    MeshData::new(corners.to_vec(), None, None, triangles).expect("the mesh is well formed")
+}
+
+/// A closed tube with texture coordinates, without normals.
+pub(in crate::shape) fn torus() -> MeshData {
+    const N: (u32, u32) = (24, 12);
+    let at = |k: u32| {
+        let (u, v) = (TAU * f64::from(k / N.1) / f64::from(N.0), TAU * f64::from(k % N.1) / f64::from(N.1));
+        let radius = 1.0 + 0.4 * v.cos();
+        [radius * u.cos(), radius * u.sin(), 0.4 * v.sin()].map(|x| x as f32)
+    };
+    let index = |i: u32, j: u32| (i % N.0) * N.1 + j % N.1;
+    let cells = (0..N.0 * N.1).map(|k| (k / N.1, k % N.1));
+    let triangles = cells.flat_map(|(i, j)| {
+        let [a, b, c, d] = [index(i, j), index(i + 1, j), index(i + 1, j + 1), index(i, j + 1)];
+        [[a, b, c], [a, c, d]]
+    });
+    let uvs = (0..N.0 * N.1).map(|k| [k as f32 / 100.0, (k % 7) as f32 / 7.0]).collect();
+    MeshData::new((0..N.0 * N.1).map(at).collect(), None, Some(uvs), triangles.collect())
+        .expect("the mesh is well formed")
+}
+
+fn mesh(name: &str, data: MeshData, to_world: &DAffine3, face_normals: bool, convex: bool) -> Subject {
+    let position = |v: u32| {
+        let p = DVec3::from_array(data.positions[v as usize].map(f64::from));
+        to_world.transform_point3(p).as_vec3().as_dvec3()
+    };
+    let triangles: Vec<[DVec3; 3]> = data.triangles.iter().map(|corners| corners.map(position)).collect();
+    let area = triangles.iter().map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum();
+    // Gauss's theorem: the sum of the signed volumes of tetrahedra with a common apex.
+    let volume = triangles.iter().map(|[a, b, c]| a.dot(b.cross(*c)) / 6.0).sum();
+    let equation =
+        Box::new(move |p| triangles.iter().map(|triangle| beside(triangle, p)).fold(f64::INFINITY, f64::min));
+    let form = Form::Ply(Mesh::<Ply>::new(data, to_world, face_normals));
+    let known = Known { equation, area, volume: Some(volume), convex };
+    Subject { name: name.to_owned(), shape: Shape { form, flipped: false }, known: Some(known) }
+}
+
+/// How far a point is from a triangle's plane, and how far its barycentric coordinates are from those of the triangle.
+fn beside([a, b, c]: &[DVec3; 3], p: DVec3) -> f64 {
+    let n = (b - a).cross(c - a);
+    let weight = |from: DVec3, to: DVec3| (to - from).cross(p - from).dot(n) / n.length_squared();
+    let outside = weight(*a, *b).min(weight(*b, *c)).min(weight(*c, *a));
+    (p - a).dot(n.normalize()).abs() + (-outside).max(0.0)
+}
+
+impl Subject {
+    /// The ball around it through which lines are laid.
+    pub(super) fn ball(&self) -> (DVec3, f64) {
+        let (centre, radius) = self.shape.bounds().bounding_sphere();
+        (centre, 1.01 * radius)
+    }
+
+    /// A line through the ball, uniform and isotropic, as a ray from outside with a direction of some length.
+    pub(super) fn line(&self, stream: &mut Stream) -> Ray {
+        let (centre, radius) = self.ball();
+        let direction = warp::square_to_sphere(stream.next_2d());
+        let frame = Frame::from_normal(direction);
+        let across = radius * warp::square_to_disc(stream.next_2d());
+        let length = LENGTHS[(stream.next_bits() % LENGTHS.len() as u64) as usize];
+        let origin = centre + across.x * frame.s + across.y * frame.t - 2.0 * radius * direction;
+        Ray::new(origin, length * direction)
+    }
+
+    /// All points where a ray crosses the surface, in order.
+    pub(super) fn crossings(&self, ray: &Ray) -> Vec<(f64, Surface)> {
+        let mut rest = *ray;
+        let mut found = Vec::new();
+        while let Some(hit) = self.shape.intersect(&rest) {
+            found.push((hit.t, self.shape.surface(&rest, &hit)));
+            rest.t_min = hit.t;
+        }
+        found
+    }
+
+    /// What is known, of a closed one.
+    pub(super) fn closed(&self) -> Option<(&Known, f64)> {
+        let known = self.known.as_ref()?;
+        Some((known, known.volume?))
+    }
+
+    /// The side that the normals point to.
+    pub(super) fn sign(&self) -> f64 {
+        if self.shape.flipped { -1.0 } else { 1.0 }
+    }
+}
+
+/// Lengths of directions: the parameter of a ray is not a distance.
+const LENGTHS: [f64; 4] = [1.0, 0.01, 7.3, 1e4];
