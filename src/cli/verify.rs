@@ -59,6 +59,7 @@ fn print(evidence: &Evidence) -> anyhow::Result<()> {
     let mark = |passed| if passed { "holds" } else { "FAILS" };
     for row in &evidence.rows {
         let number = match &row.finding.measured {
+            Measured::Value { value, expected: 0.0, bound } => format!("error {value:.1e} (at most {bound:.1e})"),
             Measured::Value { value, expected, bound } => {
                 format!("{value:.9} (should be {expected:.9} within {bound:.1e})")
             }

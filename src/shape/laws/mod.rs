@@ -49,6 +49,12 @@ pub const LAWS: &[Law] = &[
         check: normals,
     },
     Law {
+        name: "shape/uv",
+        claim: "Texture coordinates are those of the shapes' parametrisations, of hits and of points that are drawn.",
+        source: "Mitsuba 3.9's, by hand: azimuth and polar angle, height or radius; the corners of squares",
+        check: texture_coordinates,
+    },
+    Law {
         name: "shape/entering-leaving",
         claim: "A line enters and leaves a closed shape in turn, as often the one as the other.",
         source: "topology",
@@ -171,6 +177,23 @@ fn normals(effort: Effort) -> Vec<Finding> {
 }
 
 /// The normal of the plane through four neighbouring hits, if no edge is near.
+fn texture_coordinates(effort: Effort) -> Vec<Finding> {
+    let mut stream = Stream::at(&[29]);
+    worst(1e-9, |note| {
+        for_crossings(29, effort, |subject, _, crossings| {
+            let Some(expected) = subject.known.as_ref().and_then(|known| known.uv.as_ref()) else { return };
+            let mut compare = |p: DVec3, uv: DVec2| {
+                let apart = (uv - expected(p)).abs();
+                // An azimuth of 0 is one of 1.
+                note(&subject.name, apart.min((1.0 - apart).abs()).max_element());
+            };
+            crossings.iter().for_each(|(_, surface)| compare(surface.p, surface.uv));
+            let drawn = subject.shape.sample_area(stream.next_2d());
+            compare(drawn.p, drawn.uv);
+        });
+    })
+}
+
 fn by_differences(subject: &Subject, ray: &Ray, surface: &Surface) -> Option<DVec3> {
     let step = 1e-5 * subject.ball().1;
     let frame = Frame::from_normal(ray.direction.normalize());

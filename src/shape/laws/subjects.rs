@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use crate::{
     math::{Frame, Ray, rng::Stream, warp},
@@ -25,6 +25,8 @@ pub(super) struct Subject {
 pub(super) struct Known {
     /// How far a point is from fulfilling its equation.
     pub(super) equation: Box<dyn Fn(DVec3) -> f64>,
+    /// The texture coordinates at a point, if they have a formula.
+    pub(super) uv: Option<Box<dyn Fn(DVec3) -> DVec2>>,
     pub(super) area: f64,
     /// Of what it encloses, if it is closed.
     pub(super) volume: Option<f64>,
@@ -62,6 +64,7 @@ fn known(params: &Params<'_>) -> Option<Known> {
             let equation = |p: DVec3| (p.length() - 1.0).abs();
             Known {
                 equation: local(map, equation),
+                uv: Some(local(map, |p: DVec3| DVec2::new(azimuth(p), p.z.clamp(-1.0, 1.0).acos() / PI))),
                 area: ellipsoid_area(&map),
                 volume: Some(4.0 / 3.0 * PI * volume(map)),
                 convex: true,
@@ -70,15 +73,22 @@ fn known(params: &Params<'_>) -> Option<Known> {
         "cube" => {
             let area = 8.0 * (x.cross(y).length() + y.cross(z).length() + z.cross(x).length());
             let equation = |p: DVec3| (p.abs().max_element() - 1.0).abs();
-            Known { equation: local(to_world, equation), area, volume: Some(8.0 * volume(to_world)), convex: true }
+            Known {
+                equation: local(to_world, equation),
+                uv: Some(local(to_world, cube_uv)),
+                area,
+                volume: Some(8.0 * volume(to_world)),
+                convex: true,
+            }
         }
         "rectangle" => {
             let equation = |p: DVec3| p.z.abs() + (p.x.abs() - 1.0).max(0.0) + (p.y.abs() - 1.0).max(0.0);
-            open(to_world, equation, 4.0 * x.cross(y).length())
+            open(to_world, equation, |p| 0.5 * (p.truncate() + 1.0), 4.0 * x.cross(y).length())
         }
         "disk" => {
             let equation = |p: DVec3| p.z.abs() + (p.truncate().length() - 1.0).max(0.0);
-            open(to_world, equation, PI * x.cross(y).length())
+            let uv = |p: DVec3| DVec2::new(p.truncate().length(), azimuth(p));
+            open(to_world, equation, uv, PI * x.cross(y).length())
         }
         "cylinder" => {
             let (p0, axis) = (point("p0"), point("p1") - point("p0"));
@@ -86,19 +96,39 @@ fn known(params: &Params<'_>) -> Option<Known> {
             let matrix3 = DMat3::from_cols(float("radius") * s, float("radius") * t, axis);
             let map = to_world * DAffine3 { matrix3, translation: p0 };
             let equation = |p: DVec3| (p.truncate().length() - 1.0).abs() + (-p.z).max(p.z - 1.0).max(0.0);
-            open(map, equation, mantle_area(&map))
+            open(map, equation, |p| DVec2::new(azimuth(p), p.z), mantle_area(&map))
         }
         _ => return None,
     })
 }
 
-fn open(map: DAffine3, equation: fn(DVec3) -> f64, area: f64) -> Known {
-    Known { equation: local(map, equation), area, volume: None, convex: false }
+fn open(map: DAffine3, equation: fn(DVec3) -> f64, uv: fn(DVec3) -> DVec2, area: f64) -> Known {
+    Known { equation: local(map, equation), uv: Some(local(map, uv)), area, volume: None, convex: false }
 }
 
-fn local(map: DAffine3, equation: fn(DVec3) -> f64) -> Box<dyn Fn(DVec3) -> f64> {
+/// A function of points in the space that a map takes to the world, as one of points in the world.
+fn local<T: 'static>(map: DAffine3, function: fn(DVec3) -> T) -> Box<dyn Fn(DVec3) -> T> {
     let inverse = map.inverse();
-    Box::new(move |p| equation(inverse.transform_point3(p)))
+    Box::new(move |p| function(inverse.transform_point3(p)))
+}
+
+/// Around z, as a fraction of a turn from the x axis.
+fn azimuth(p: DVec3) -> f64 {
+    (p.y.atan2(p.x) / TAU).rem_euclid(1.0)
+}
+
+/// The corners of Mitsuba's cube, face by face.
+fn cube_uv(p: DVec3) -> DVec2 {
+    let DVec3 { x, y, z } = p;
+    let size = p.abs();
+    let (u, v) = if size.x > size.y && size.x > size.z {
+        (y, -z * x)
+    } else if size.y > size.z {
+        if y > 0.0 { (-x, -z) } else { (z, x) }
+    } else {
+        (y * z, x)
+    };
+    0.5 * (DVec2::new(u, v) + 1.0)
 }
 
 /// `∫ |∂θ p × ∂φ p| dθ dφ` by the midpoint rule, good to 1e-6.
@@ -176,7 +206,7 @@ fn mesh(name: &str, data: MeshData, to_world: &DAffine3, face_normals: bool, con
     let equation =
         Box::new(move |p| triangles.iter().map(|triangle| beside(triangle, p)).fold(f64::INFINITY, f64::min));
     let form = Form::Ply(Mesh::<Ply>::new(data, to_world, face_normals));
-    let known = Known { equation, area, volume: Some(volume), convex };
+    let known = Known { equation, uv: None, area, volume: Some(volume), convex };
     Subject { name: name.to_owned(), shape: Shape { form, flipped: false }, known: Some(known) }
 }
 
