@@ -94,15 +94,21 @@ fn queries() -> impl Iterator<Item = (f64, Query)> {
 
 /// Cells of the histogram, in the cosine and in the azimuth.
 const CELLS: (usize, usize) = (24, 32);
-/// Points of the quadrature along each side of a cell.
-const POINTS: usize = 12;
+/// Points of the quadrature along each side of a cell: its error, as the inverse square of their number, must stay small
+/// beside the scatter, which falls as the root of the samples.
+fn points(effort: Effort) -> usize {
+    match effort {
+        Effort::Quick => 24,
+        Effort::Full => 48,
+    }
+}
 
 fn chi2(effort: Effort) -> Vec<Finding> {
     let samples = effort.samples(60_000);
     let mut findings = Vec::new();
     for (i, (name, bsdf)) in (0..).zip(examples()).filter(|(_, (_, bsdf))| bsdf.is_smooth()) {
         for (theta, query) in queries() {
-            let expected = expected_counts(&bsdf, &query, f64::from(samples));
+            let expected = expected_counts(&bsdf, &query, f64::from(samples), points(effort));
             let observed = observed_counts(&bsdf, &query, samples, Stream::at(&[11, i, query.wi.x.to_bits()]));
             let subject = format!("{name}, incidence {theta}°");
             findings.push(match Chi2::goodness_of_fit(&observed, &expected, 5.0, 1) {
@@ -120,16 +126,16 @@ fn drawn_outside(observed: &[u64]) -> f64 {
 }
 
 /// By cell, and last those that are lost.
-fn expected_counts(bsdf: &Bsdf, query: &Query, samples: f64) -> Vec<f64> {
+fn expected_counts(bsdf: &Bsdf, query: &Query, samples: f64, points: usize) -> Vec<f64> {
     let mut expected = vec![0.0; CELLS.0 * CELLS.1 + 1];
-    let area = 2.0 * TAU / (CELLS.0 * CELLS.1 * POINTS * POINTS) as f64;
+    let area = 2.0 * TAU / (CELLS.0 * CELLS.1 * points * points) as f64;
     for (i, cell) in expected.iter_mut().take(CELLS.0 * CELLS.1).enumerate() {
-        for j in 0..POINTS * POINTS {
+        for j in 0..points * points {
             let along = |cell: usize, point: usize, cells: usize| {
-                (cell as f64 + (point as f64 + 0.5) / POINTS as f64) / cells as f64
+                (cell as f64 + (point as f64 + 0.5) / points as f64) / cells as f64
             };
-            let z = 2.0 * along(i / CELLS.1, j / POINTS, CELLS.0) - 1.0;
-            let (sin, cos) = (TAU * along(i % CELLS.1, j % POINTS, CELLS.1)).sin_cos();
+            let z = 2.0 * along(i / CELLS.1, j / points, CELLS.0) - 1.0;
+            let (sin, cos) = (TAU * along(i % CELLS.1, j % points, CELLS.1)).sin_cos();
             let radius = (1.0 - z * z).sqrt();
             *cell += samples * area * bsdf.density(query, DVec3::new(radius * cos, radius * sin, z)).0;
         }

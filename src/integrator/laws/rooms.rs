@@ -159,7 +159,7 @@ fn concentric_spheres(effort: Effort) -> Vec<Finding> {
 }
 
 fn roulette(effort: Effort) -> Vec<Finding> {
-    let samples = effort.samples(30_000);
+    let samples = effort.samples(120_000);
     let pebble = format!(
         r#"<shape type="sphere"><point name="center" x="0.5" y="0" z="-0.4"/><float name="radius" value="0.6"/>{GLASS}</shape>"#
     );
