@@ -113,6 +113,11 @@ pub trait Model {
         Some(Drawn { p: drawn.p, n: drawn.n, uv: drawn.uv, density })
     }
 
+    /// Whether its normals point inwards without being told to.
+    fn is_inside_out(&self) -> bool {
+        false
+    }
+
     /// How many parts without area were left out when it was read.
     fn dropped(&self) -> usize {
         0
@@ -170,7 +175,8 @@ impl Shape {
     /// If a parameter is wrong or its file cannot be read.
     pub fn read_from(params: &Params<'_>) -> Result<Self, SceneError> {
         let form = Form::read_from(params)?;
-        Ok(Self { form, flipped: params.boolean(FLIP_NORMALS.name)? })
+        let flipped = params.boolean(FLIP_NORMALS.name)? ^ each_form!(&form, form => form.is_inside_out());
+        Ok(Self { form, flipped })
     }
 
     /// The view of a shape element.

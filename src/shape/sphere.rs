@@ -119,6 +119,11 @@ impl Model for Sphere {
         ray.contains(t).then_some(Hit { t, primitive: 0, coordinates: DVec2::ZERO })
     }
 
+    /// As in Mitsuba, whose sphere does not keep its normals in a mirror, unlike its other shapes.
+    fn is_inside_out(&self) -> bool {
+        self.affine.to_world.matrix3.determinant() < 0.0
+    }
+
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
         let local = self.affine.ray(ray).at(hit.t).normalize();
         let n = self.affine.normal(local);

@@ -159,6 +159,8 @@ impl<F> Mesh<F> {
             weights[0] * x + weights[1] * y + weights[2] * z
         });
         let shading = smooth.and_then(DVec3::try_normalize).unwrap_or(n);
+        // The front is where the file's normals say, whichever way the corners turn, in a mirror too.
+        let n = if n.dot(shading) < 0.0 { -n } else { n };
         Surface { p: mix(corners), n, shading: Frame::from_normal(shading), uv, primitive: triangle }
     }
 }
