@@ -13,7 +13,8 @@ use crate::{
     film::{Image, VARIANCE, exr::FileError},
     render::{Pass, Renderer},
     stats::{
-        DeterministicCheck, Outcome, PixelMeans, TiledMeans, TilesError, Tiling, Verdict, VerdictConfig, VerdictError,
+        DeterministicCheck, Estimate, Moments, Outcome, PixelMeans, TiledMeans, TilesError, Tiling, Verdict,
+        VerdictConfig, VerdictError,
     },
 };
 
@@ -25,6 +26,10 @@ pub const TILE: usize = 8;
 pub struct Comparison {
     /// The verdict; None if an image without variances leaves nothing to test by.
     pub verdict: Option<Verdict>,
+    /// The images that lack variances.
+    pub without_variances: Vec<String>,
+    /// Whether all pixels are the same, to the last bit.
+    pub identical: bool,
     /// Error metrics, which know nothing of noise.
     pub metrics: Metrics,
     /// Samples per pixel of ours, as far as it is known.
@@ -35,11 +40,19 @@ impl Comparison {
     /// The outcome in words.
     #[must_use]
     pub fn conclusion(&self) -> String {
+        if self.identical {
+            return "identical, pixel by pixel".into();
+        }
         match self.verdict.as_ref().map(|verdict| verdict.outcome) {
-            None => "undecided: an image has no variances to test by".into(),
+            None => format!(
+                "undecided: no variances to test by (layers variance.R, .G, .B of two samples or more): {}",
+                self.without_variances.join(", ")
+            ),
             Some(Outcome::Agrees) => "agrees".into(),
             Some(Outcome::Differs) => "differs".into(),
-            Some(Outcome::Undecided { needed_factor: None }) => "undecided (the reference is too noisy)".into(),
+            Some(Outcome::Undecided { needed_factor: None }) => {
+                "undecided (the reference is too noisy: more samples of the test alone will not do)".into()
+            }
             Some(Outcome::Undecided { needed_factor: Some(factor) }) => match self.spp {
                 Some(spp) => format!("undecided (not enough samples: needs about {:.0} spp)", spp as f64 * factor),
                 None => format!("undecided (not enough samples: needs about {factor:.1} times as many)"),
@@ -76,6 +89,16 @@ pub enum ComparisonError {
     /// A value.
     #[error("{name}: the pixel in column {column}, row {row} is not finite")]
     NotFinite {
+        /// The file.
+        name: String,
+        /// From 0.
+        column: usize,
+        /// From 0.
+        row: usize,
+    },
+    /// A variance.
+    #[error("{name}: the variance of the pixel in column {column}, row {row} is negative or not finite")]
+    Variance {
         /// The file.
         name: String,
         /// From 0.
@@ -123,7 +146,7 @@ impl Side {
     /// The image of a file.
     ///
     /// # Errors
-    /// If it lacks R, G or B, or has a pixel that is not finite.
+    /// If it lacks R, G or B, or has a pixel or a variance that cannot be.
     pub fn of_image(name: &str, image: &Image) -> Result<Self, ComparisonError> {
         let wide = |plane: Vec<[f32; 3]>| plane.into_iter().map(|p| p.map(f64::from)).collect::<Vec<_>>();
         let pixels = image.rgb(["R", "G", "B"]).map(wide);
@@ -132,8 +155,20 @@ impl Side {
         if let Some(at) = pixels.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
             return Err(ComparisonError::NotFinite { name: name.to_owned(), column: at % width, row: at / width });
         }
-        let variances = image.rgb(VARIANCE).map(wide).filter(|v| v.iter().flatten().all(|x| x.is_finite()));
-        let uncertainty = variances.map_or(Uncertainty::Unknown, Uncertainty::Pixels);
+        let uncertainty = match image.rgb(VARIANCE).map(wide) {
+            // An image of one sample says that it knows nothing of its noise.
+            Some(variances) if variances.iter().flatten().any(|x| *x != f64::INFINITY) => {
+                if let Some(at) = variances.iter().position(|v| !v.iter().all(|x| (0.0..f64::INFINITY).contains(x))) {
+                    return Err(ComparisonError::Variance {
+                        name: name.to_owned(),
+                        column: at % width,
+                        row: at / width,
+                    });
+                }
+                Uncertainty::Pixels(variances)
+            }
+            _ => Uncertainty::Unknown,
+        };
         let spp = image.attribute("etendue.spp").and_then(|text| text.parse().ok());
         Ok(Self { name: name.to_owned(), width, height, pixels, uncertainty, spp })
     }
@@ -170,8 +205,7 @@ impl Side {
         match &self.uncertainty {
             Uncertainty::Unknown => Ok(None),
             Uncertainty::Pixels(variances) => {
-                let dof = self.spp.map_or(f64::INFINITY, |spp| spp.saturating_sub(1).max(1) as f64);
-                let pixels = PixelMeans { mean: &self.pixels, variance_of_mean: variances, mask, dof };
+                let pixels = PixelMeans { mean: &self.pixels, variance_of_mean: variances, mask, dof: self.dof() };
                 TiledMeans::from_pixels(&tiling, &pixels).map(Some)
             }
             Uncertainty::Passes(images) => {
@@ -206,10 +240,17 @@ impl Side {
 pub fn with_reference(test: &Side, reference: &Reference) -> Result<Comparison, ComparisonError> {
     test.check_size((reference.width, reference.height))?;
     let tiles = test.tiles(&reference.stochastic)?;
-    let exact = deterministic(&test.pixels, &reference.pixels, &reference.exact, reference.provenance.exact_tolerance);
+    let tolerance = reference.provenance.exact_tolerance;
+    let exact = deterministic(&reference.exact, |p| test.estimates(p), |p| reference.estimates(p), tolerance);
     let judge = |tiles: TiledMeans| Verdict::compare(&tiles, &reference.tiles, exact, &VerdictConfig::default());
     let verdict = tiles.map(judge).transpose()?;
-    Ok(Comparison { verdict, metrics: Metrics::new(&test.pixels, &reference.pixels), spp: test.spp })
+    Ok(Comparison {
+        verdict,
+        without_variances: without_variances([test]),
+        identical: test.pixels == reference.pixels,
+        metrics: Metrics::new(&test.pixels, &reference.pixels),
+        spp: test.spp,
+    })
 }
 
 /// Compares two images; what both show without noise is held to a tolerance.
@@ -223,12 +264,24 @@ pub fn with_image(test: &Side, reference: &Side) -> Result<Comparison, Compariso
     let verdict = match (test.tiles(&mask)?, reference.tiles(&mask)?) {
         (Some(ours), Some(theirs)) => {
             let still: Vec<bool> = mask.iter().map(|noisy| !noisy).collect();
-            let exact = deterministic(&test.pixels, &reference.pixels, &still, DeterministicCheck::TOLERANCE);
+            let tolerance = DeterministicCheck::TOLERANCE;
+            let exact = deterministic(&still, |p| test.estimates(p), |p| reference.estimates(p), tolerance);
             Some(Verdict::compare(&ours, &theirs, exact, &VerdictConfig::default())?)
         }
         _ => None,
     };
-    Ok(Comparison { verdict, metrics, spp: test.spp })
+    Ok(Comparison {
+        verdict,
+        without_variances: without_variances([test, reference]),
+        identical: test.pixels == reference.pixels,
+        metrics,
+        spp: test.spp,
+    })
+}
+
+fn without_variances<const N: usize>(sides: [&Side; N]) -> Vec<String> {
+    let unknown = sides.into_iter().filter(|side| matches!(side.uncertainty, Uncertainty::Unknown));
+    unknown.map(|side| side.name.clone()).collect()
 }
 
 impl Side {
@@ -239,18 +292,37 @@ impl Side {
             Uncertainty::Passes(images) => images.iter().any(|image| image[pixel] != images[0][pixel]),
         }
     }
+
+    /// What is known of the channels of a pixel.
+    fn estimates(&self, pixel: usize) -> [Estimate; 3] {
+        let mean = self.pixels[pixel];
+        [0, 1, 2].map(|c| match &self.uncertainty {
+            Uncertainty::Unknown => Estimate::exact(mean[c]),
+            Uncertainty::Pixels(variances) => {
+                Estimate { mean: mean[c], variance_of_mean: variances[pixel][c], dof: self.dof() }
+            }
+            Uncertainty::Passes(images) => {
+                let passes: Moments = images.iter().map(|image| image[pixel][c]).collect();
+                Estimate::from_moments(&passes).unwrap_or(Estimate::exact(mean[c]))
+            }
+        })
+    }
+
+    /// The degrees of freedom of a pixel's variance.
+    fn dof(&self) -> f64 {
+        self.spp.map_or(f64::INFINITY, |spp| spp.saturating_sub(1).max(1) as f64)
+    }
 }
 
 /// The pixels of a mask, to a tolerance.
 fn deterministic(
-    ours: &[[f64; 3]],
-    reference: &[[f64; 3]],
     mask: &[bool],
+    ours: impl Fn(usize) -> [Estimate; 3],
+    reference: impl Fn(usize) -> [Estimate; 3],
     tolerance: f64,
 ) -> Option<DeterministicCheck> {
-    let exact = |pixels: &[[f64; 3]]| -> Vec<f64> {
-        pixels.iter().zip(mask).filter(|(_, exact)| **exact).flat_map(|(pixel, _)| *pixel).collect()
-    };
-    let (ours, reference) = (exact(ours), exact(reference));
-    (!ours.is_empty()).then(|| DeterministicCheck::compare(&ours, &reference, tolerance))
+    let pixels: Vec<usize> = (0..mask.len()).filter(|pixel| mask[*pixel]).collect();
+    let ours: Vec<_> = pixels.iter().flat_map(|pixel| ours(*pixel)).collect();
+    let reference: Vec<_> = pixels.iter().flat_map(|pixel| reference(*pixel)).collect();
+    (!pixels.is_empty()).then(|| DeterministicCheck::compare(&ours, &reference, tolerance))
 }

@@ -11,7 +11,7 @@ use super::TILE;
 use crate::{
     film::exr::{self, FileError},
     provenance,
-    stats::{TiledMeans, TilesError, Tiling},
+    stats::{Estimate, TiledMeans, TilesError, Tiling},
 };
 
 /// An image that another renderer made, in many independent batches. `scripts/make_references.py` writes it.
@@ -29,6 +29,8 @@ pub struct Reference {
     /// events as rare as an edge that one sample in a thousand meets, too skewed for a t test. The rule knows
     /// nothing of the image that is judged.
     pub exact: Vec<bool>,
+    /// The standard errors of the pixels' means.
+    pub std_errors: Vec<[f64; 3]>,
     /// The means of the stochastic pixels of every tile, with their scatter between batches.
     pub tiles: TiledMeans,
     /// How it was made.
@@ -105,6 +107,8 @@ impl Reference {
         let image = exr::read(&path)?;
         let broken = |what: &str| ReferenceError::Broken { file: path.clone(), what: what.to_owned() };
         let pixels = image.rgb(["R", "G", "B"]).ok_or_else(|| broken("has no channels R, G and B"))?;
+        let std_errors = image.rgb(["se.R", "se.G", "se.B"]);
+        let std_errors = std_errors.ok_or_else(|| broken("has no channels se.R, se.G and se.B"))?;
         let exact = image.channel("deterministic").ok_or_else(|| broken("has no channel \"deterministic\""))?;
         let exact: Vec<bool> = exact.iter().map(|&flag| flag >= 0.5).collect();
         let tiling = Tiling { width: image.crop.width as usize, height: image.crop.height as usize, size: TILE };
@@ -119,10 +123,21 @@ impl Reference {
             width: tiling.width,
             height: tiling.height,
             pixels: pixels.into_iter().map(|p| p.map(f64::from)).collect(),
+            std_errors: std_errors.into_iter().map(|p| p.map(f64::from)).collect(),
             stochastic,
             exact,
             tiles,
             provenance,
+        })
+    }
+
+    /// What is known of the channels of a pixel.
+    pub(super) fn estimates(&self, pixel: usize) -> [Estimate; 3] {
+        let dof = self.provenance.batches.saturating_sub(1).max(1) as f64;
+        [0, 1, 2].map(|c| Estimate {
+            mean: self.pixels[pixel][c],
+            variance_of_mean: self.std_errors[pixel][c].powi(2),
+            dof,
         })
     }
 

@@ -38,13 +38,18 @@ fn scene(name: &str, off: f64, outcome: Outcome) -> SceneEvidence {
         global: [estimate(mean); 3],
     };
     let ours = 1.0 + off * 1e-4 * 2_f64.sqrt();
-    let exact = Some(DeterministicCheck::compare(&[2.0], &[2.0], DeterministicCheck::TOLERANCE));
+    let exact = Some(DeterministicCheck::compare(
+        &[Estimate::exact(2.0)],
+        &[Estimate::exact(2.0)],
+        DeterministicCheck::TOLERANCE,
+    ));
     let verdict = Verdict::compare(&side(ours), &side(1.0), exact, &VerdictConfig::default()).unwrap();
     assert_eq!(verdict.outcome, outcome);
     let images = Images { width: 8, ours: vec![[ours; 3]; 128], reference: vec![[1.0; 3]; 128] };
     // Numbers that JSON keeps to the last bit even without serde_json's feature `float_roundtrip`.
     let metrics = Metrics { bias: 0.5, rmse: 0.25, relative_mse: 0.125, mean: 1.0, reference_mean: 1.0 };
-    let comparison = Comparison { verdict: Some(verdict), metrics, spp: Some(512) };
+    let comparison =
+        Comparison { verdict: Some(verdict), without_variances: vec![], identical: false, metrics, spp: Some(512) };
     SceneEvidence {
         name: format!("reference/{name}"),
         scene: format!("assets/scenes/{name}.xml").into(),

@@ -337,7 +337,7 @@ fn needed_factor(ours: &[Estimate; 3], reference: &[Estimate; 3], level: f64, co
 pub struct DeterministicCheck {
     /// How many values were compared.
     pub compared: usize,
-    /// The largest relative difference.
+    /// The largest relative difference that is not put down to noise.
     #[serde(with = "super::float")]
     pub worst_relative: f64,
     /// The largest one allowed.
@@ -353,17 +353,23 @@ impl DeterministicCheck {
     /// that the dust in a black pixel is not divided by 0.
     pub const FLOOR: f64 = 1e-6;
 
-    /// Compares values pairwise: |a - b| / max(|b|, [`FLOOR`](Self::FLOOR) × the largest value of either side). A NaN
-    /// or an infinity on either side fails.
+    /// A difference that is more likely than this by what noise there is left does not count. Of all values of an
+    /// image, some 1e5, noise alone then lets one fail in a thousand images.
+    const NOISE_LEVEL: f64 = 1e-8;
+
+    /// Compares values pairwise: |a - b| / max(|b|, [`FLOOR`](Self::FLOOR) × the largest value of either side), unless
+    /// Welch's test puts the difference down to noise. A NaN or an infinity on either side fails.
     ///
     /// # Panics
-    /// If the lengths differ.
+    /// If the lengths differ, or a side of non-zero variance has no degrees of freedom.
     #[must_use]
-    pub fn compare(ours: &[f64], reference: &[f64], tolerance: f64) -> Self {
+    pub fn compare(ours: &[Estimate], reference: &[Estimate], tolerance: f64) -> Self {
         assert_eq!(ours.len(), reference.len(), "values are compared pairwise");
-        let largest = ours.iter().chain(reference).map(|x| x.abs()).fold(f64::MIN_POSITIVE, f64::max);
+        let largest = ours.iter().chain(reference).map(|x| x.mean.abs()).fold(f64::MIN_POSITIVE, f64::max);
         let floor = Self::FLOOR * largest;
-        let relative = |(a, b): (&f64, &f64)| match (a - b).abs() / b.abs().max(floor) {
+        let relative = |(a, b): (&Estimate, &Estimate)| match (a.mean - b.mean).abs() / b.mean.abs().max(floor) {
+            relative if relative <= tolerance => relative,
+            _ if Welch::test(a, b).p >= Self::NOISE_LEVEL => 0.0,
             relative if relative.is_finite() => relative,
             _ => f64::INFINITY,
         };

@@ -247,15 +247,21 @@ fn what_cannot_be_compared_is_refused() {
     let error = refused(&wider, &reference).to_string();
     assert_eq!(error, "our image has (2, 1) tiles (columns, rows), the reference has (1, 1)");
     // Deterministic pixels alone are a comparison.
-    let check = Some(DeterministicCheck::compare(&[1.0], &[1.0], DeterministicCheck::TOLERANCE));
+    let check = Some(DeterministicCheck::compare(
+        &[Estimate::exact(1.0)],
+        &[Estimate::exact(1.0)],
+        DeterministicCheck::TOLERANCE,
+    ));
     let verdict = Verdict::compare(&masked, &masked, check, &VerdictConfig::default()).unwrap();
     assert_eq!(verdict.outcome, Outcome::Agrees);
 }
 
 #[test]
 fn deterministic_pixels_join_the_verdict() {
-    let check =
-        |ours: &[f64], reference: &[f64]| DeterministicCheck::compare(ours, reference, DeterministicCheck::TOLERANCE);
+    let exact = |values: &[f64]| values.iter().map(|x| Estimate::exact(*x)).collect::<Vec<_>>();
+    let check = |ours: &[f64], reference: &[f64]| {
+        DeterministicCheck::compare(&exact(ours), &exact(reference), DeterministicCheck::TOLERANCE)
+    };
     assert!(check(&[2.0, 0.0, 1e-12], &[2.000_1, 0.0, 0.0]).passed);
     assert!(!check(&[2.0], &[2.001]).passed);
     assert!(!check(&[2.0, 1e-9], &[2.0, 0.0]).passed);
@@ -266,6 +272,22 @@ fn deterministic_pixels_join_the_verdict() {
     let failed = Some(check(&[2.0], &[2.001]));
     let verdict = Verdict::compare(&ours, &reference, failed, &VerdictConfig::default()).unwrap();
     assert_eq!((verdict.outcome, verdict.p), (Outcome::Differs, 1.0));
+}
+
+#[test]
+fn what_noise_there_is_left_does_not_fail_exact_values() {
+    let noisy = |mean, std_error: f64, dof| Estimate { mean, variance_of_mean: std_error * std_error, dof };
+    let check = |ours, reference| DeterministicCheck::compare(&[ours], &[reference], DeterministicCheck::TOLERANCE);
+    // Four standard errors of either side, far outside of the tolerance; forty are not noise, unless hardly known.
+    for (ours, reference) in
+        [(noisy(1.004, 1e-3, 31.0), Estimate::exact(1.0)), (Estimate::exact(1.004), noisy(1.0, 1e-3, 31.0))]
+    {
+        assert_eq!((check(ours, reference).passed, check(ours, reference).worst_relative), (true, 0.0));
+    }
+    assert!(!check(noisy(1.04, 1e-3, 31.0), Estimate::exact(1.0)).passed);
+    assert!(check(noisy(1.04, 1e-3, 3.0), Estimate::exact(1.0)).passed);
+    // Within the tolerance, significance does not matter.
+    assert!(check(noisy(1.000_05, 1e-9, 31.0), Estimate::exact(1.0)).passed);
 }
 
 #[test]
