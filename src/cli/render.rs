@@ -34,10 +34,10 @@ pub(crate) struct Render {
     #[arg(long)]
     png: bool,
     /// The exposure of the picture in stops [default: automatic].
-    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, requires = "png")]
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, requires = "png", value_parser = stops)]
     exposure: Option<f64>,
-    /// Print one sample of one pixel instead of rendering: its column, row and number, from 0.
-    #[arg(long, value_name = "X,Y,SAMPLE", value_parser = address)]
+    /// Print one sample of one pixel instead of rendering: its column and row in the image, and its number, from 0.
+    #[arg(long, value_name = "X,Y,SAMPLE", allow_hyphen_values = true, value_parser = address)]
     replay: Option<[u32; 3]>,
 }
 
@@ -50,17 +50,17 @@ struct Source {
     /// Set a $parameter of the scene.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = definition)]
     define: Vec<(String, String)>,
-    /// Replace the scene's integrator, keeping its max_depth and rr_depth.
+    /// Replace the scene's integrator, keeping what parameters both have, such as max_depth and rr_depth.
     #[arg(long, value_name = "NAME")]
     integrator: Option<String>,
     /// Set a parameter of the integrator.
     #[arg(long, value_name = "NAME=VALUE", value_parser = definition)]
     param: Vec<(String, String)>,
     /// Samples per pixel [default: the scene's sample_count].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
     /// The seed [default: the sampler's, or 0].
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole)]
     seed: Option<u64>,
     /// Threads [default: one per core]. The image does not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
@@ -70,6 +70,14 @@ struct Source {
 fn definition(text: &str) -> Result<(String, String), String> {
     let (name, value) = text.split_once('=').ok_or("write it as name=value")?;
     Ok((name.to_owned(), value.to_owned()))
+}
+
+fn whole(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("write a whole number from 0 to {}", u64::MAX))
+}
+
+fn stops(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|stops: &f64| stops.is_finite()).ok_or_else(|| "write a number like -1.5".into())
 }
 
 fn address(text: &str) -> Result<[u32; 3], String> {
@@ -82,7 +90,7 @@ impl Render {
         let document = xml::read(&self.source.scene, &self.source.define)?;
         let overrides = Overrides { name: self.source.integrator.clone(), params: self.source.param.clone() };
         let renderer = Renderer::new(&document, &overrides)?;
-        for warning in renderer.scene.warnings() {
+        for warning in renderer.warnings() {
             eprintln!("warning: {warning}");
         }
         let sampler = &renderer.scene.sensor.sampler;
@@ -108,12 +116,9 @@ impl Render {
     /// The files to write, which can be written as far as can be told before the work.
     fn outputs(&self) -> anyhow::Result<Outputs> {
         let exr = self.output.clone().expect("clap asks for it");
+        let is_exr = exr.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
+        anyhow::ensure!(is_exr, "{}: images are OpenEXR files; give it a name that ends in .exr", exr.display());
         let png = self.png.then(|| exr.with_extension("png"));
-        anyhow::ensure!(
-            png.as_ref() != Some(&exr),
-            "{}: is the name of the picture; call the image .exr",
-            exr.display()
-        );
         for file in [Some(&exr), png.as_ref()].into_iter().flatten() {
             check_writable(file)?;
         }

@@ -1,9 +1,6 @@
 //! `OpenEXR` files.
 
-use std::{
-    io::{BufWriter, Write as _},
-    path::Path,
-};
+use std::{io::Write as _, path::Path};
 
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, IntegerBounds, Layer, LayerAttributes,
@@ -41,7 +38,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
         return Err(fault(&"is a folder"));
     }
     let mut file = tempfile::Builder::new().prefix(".etendue").tempfile_in(folder).map_err(|e| fault(&e))?;
-    BufWriter::new(&mut file).write_all(bytes).map_err(|e| fault(&e))?;
+    file.write_all(bytes).map_err(|e| fault(&e))?;
     set_permissions(&file).map_err(|e| fault(&e))?;
     file.persist(path).map(drop).map_err(|e| fault(&e.error))
 }
