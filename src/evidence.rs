@@ -138,7 +138,7 @@ pub enum EvidenceError {
     #[error(transparent)]
     Comparison(#[from] ComparisonError),
     /// The folder of scenes.
-    #[error("{}: {what}", folder.display())]
+    #[error("{}: {what}; run it where the repository is, or say where with --root", folder.display())]
     Folder {
         /// Which.
         folder: PathBuf,

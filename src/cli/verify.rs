@@ -13,8 +13,8 @@ use super::{FAILED, say};
 
 /// Checks everything that is claimed: closed-form laws, and scenes against their references.
 ///
-/// Run it where the folders assets and reference are. Writes reports/verify/index.html, and with --full also the
-/// summaries reports/verify.md and reports/verify.json.
+/// Run it where the folders assets and reference are. Writes reports/verify/index.html (with --only part.html beside it)
+/// and with --full also the summaries reports/verify.md and reports/verify.json.
 #[derive(Debug, Args)]
 pub(crate) struct Verify {
     /// Only rows whose name matches, such as 'fresnel/*' or 'reference/glass-*'.

@@ -29,8 +29,8 @@ use crate::{
     law::Effort,
 };
 
-/// Writes `reports/verify/index.html` under a root and returns its path; with `summary` also `reports/verify.md` and
-/// `reports/verify.json`.
+/// Writes the page under a root and returns its path: `reports/verify/index.html`, or `reports/verify/part.html` if only
+/// some rows were asked for. With `summary` also `reports/verify.md` and `reports/verify.json`.
 ///
 /// # Errors
 /// If they cannot be written.
@@ -42,7 +42,7 @@ pub fn write(root: &Path, evidence: &Evidence, summary: bool) -> Result<PathBuf,
         let json = serde_json::to_string_pretty(&summary::Summary::new(evidence)).expect("a summary is plain data");
         write_whole(&root.join("reports/verify.json"), json.as_bytes())?;
     }
-    let page = folder.join("index.html");
+    let page = folder.join(if evidence.only == "*" { "index.html" } else { "part.html" });
     write_whole(&page, page::render(evidence).as_bytes())?;
     Ok(page)
 }
