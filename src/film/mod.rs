@@ -62,8 +62,8 @@ impl Described for HdrFilm {
                 .within(Range::NON_NEGATIVE),
             Param::new("crop_offset_y", Kind::Integer, "0", "the first row that is rendered")
                 .within(Range::NON_NEGATIVE),
-            Param::optional("crop_width", Kind::Integer, "the rest", "columns that are rendered").within(SIZE),
-            Param::optional("crop_height", Kind::Integer, "the rest", "rows that are rendered").within(SIZE),
+            Param::optional("crop_width", Kind::Integer, "width", "columns that are rendered").within(SIZE),
+            Param::optional("crop_height", Kind::Integer, "height", "rows that are rendered").within(SIZE),
             Param::new("sample_border", Kind::Boolean, "false", "whether wide filters reach beyond the crop's border"),
             Param::new("file_format", Kind::Choice(&["openexr", "rgbe", "pfm"]), "openexr", "read; files are OpenEXR"),
             Param::new(
@@ -110,15 +110,26 @@ impl Described for HdrFilm {
     }
 }
 
+impl Default for HdrFilm {
+    /// The film of a sensor that names none.
+    fn default() -> Self {
+        let (width, height) = (768, 576);
+        let profile = Profile::new(&filter::Gaussian::default());
+        Self { width, height, crop: Crop { x: 0, y: 0, width, height }, profile, sample_border: false }
+    }
+}
+
 impl HdrFilm {
     fn crop(params: &Params<'_>, width: u32, height: u32) -> Result<Crop, SceneError> {
         let along = |offset, size, whole: u32| {
             let start = params.integer(offset)?.unsigned_abs();
-            let rest = u64::from(whole).saturating_sub(start);
-            let length = if params.find(size).is_some() { params.integer(size)?.unsigned_abs() } else { rest };
-            if length == 0 || length > rest {
+            let given = params.find(size).is_some();
+            let length = if given { params.integer(size)?.unsigned_abs() } else { u64::from(whole) };
+            if length == 0 || start.saturating_add(length) > u64::from(whole) {
                 let what = format!("the crop of {length} from {start} does not lie within the film's {whole}");
-                return Err(params.error(size, what));
+                return Err(params
+                    .error(if given { size } else { offset }, what)
+                    .hint(format!("give a {size} that does")));
             }
             Ok((start as u32, length as u32))
         };

@@ -89,10 +89,12 @@ impl Described for Aov {
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
-        let layers =
+        let layers: Vec<_> =
             params.string("aovs")?.split(',').map(|item| layer(params, item.trim())).collect::<Result<_, _>>()?;
         let child =
             params.child(Category::Integrator)?.map(|id| Integrator::read(params.document(), id)).transpose()?;
+        let taken = child.iter().flat_map(Integrator::layers).map(|layer| layer.name);
+        check_names(params, &layers, taken.chain(["variance".to_owned()]).collect())?;
         Ok(Self { layers, child: child.map(Box::new) })
     }
 }
@@ -109,7 +111,24 @@ fn layer(params: &Params<'_>, item: &str) -> Result<(String, Quantity), SceneErr
     })
 }
 
+/// Makes sure that no two layers of the image have one name.
+fn check_names(params: &Params<'_>, layers: &[(String, Quantity)], mut taken: Vec<String>) -> Result<(), SceneError> {
+    for (name, _) in layers {
+        if taken.contains(name) {
+            return Err(params
+                .error("aovs", format!("there is another layer \"{name}\""))
+                .hint("name each differently"));
+        }
+        taken.push(name.clone());
+    }
+    Ok(())
+}
+
 impl Model for Aov {
+    fn needs_light(&self) -> bool {
+        self.child.as_ref().is_some_and(|child| child.needs_light())
+    }
+
     fn layers(&self) -> Vec<LayerSpec> {
         let own = self.layers.iter().map(|(name, quantity)| LayerSpec {
             name: name.clone(),

@@ -27,6 +27,10 @@ impl Described for Depth {
 }
 
 impl Model for Depth {
+    fn needs_light(&self) -> bool {
+        false
+    }
+
     fn radiance(&self, scene: &Scene, ray: &Ray, _numbers: &mut PathNumbers, _layers: &mut [f64]) -> Rgb {
         Rgb::splat(scene.intersect(ray).map_or(0.0, |vertex| vertex.t))
     }

@@ -36,6 +36,11 @@ impl Described for Direct {
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        let is_given = |name| params.find(name).is_some();
+        if is_given("shading_samples") && (is_given("emitter_samples") || is_given("bsdf_samples")) {
+            let error = params.error("shading_samples", "\"shading_samples\" stands beside a number that it sets");
+            return Err(error.hint("give it alone, or emitter_samples and bsdf_samples"));
+        }
         let shared = params.integer("shading_samples")?;
         let count =
             |name| Ok(if params.find(name).is_some() { params.integer(name)? } else { shared }.unsigned_abs() as u32);

@@ -30,6 +30,11 @@ pub trait Model {
         Vec::new()
     }
 
+    /// Whether its image is black without light.
+    fn needs_light(&self) -> bool {
+        true
+    }
+
     /// An estimate of the radiance that comes back along a camera's ray. What its sampled layers show of this ray goes
     /// into `layers`, as many values as they have channels.
     fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb;
@@ -54,6 +59,10 @@ catalogue! { ($)
 impl Model for Integrator {
     fn layers(&self) -> Vec<LayerSpec> {
         each_integrator!(self, integrator => integrator.layers())
+    }
+
+    fn needs_light(&self) -> bool {
+        each_integrator!(self, integrator => integrator.needs_light())
     }
 
     fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
@@ -89,7 +98,8 @@ fn first_vertex(scene: &Scene, ray: &Ray, hide_emitters: bool) -> Option<Vertex>
     let mut vertex = scene.intersect(ray)?;
     while hide_emitters && scene.is_light(&vertex) {
         let beyond = Ray { t_max: ray.t_max - vertex.t, ..Ray::leaving(vertex.surface.p, ray.direction) };
-        vertex = Vertex { t: vertex.t, ..scene.intersect(&beyond)? };
+        let next = scene.intersect(&beyond)?;
+        vertex = Vertex { t: vertex.t + next.t, ..next };
     }
     Some(vertex)
 }
@@ -97,7 +107,7 @@ fn first_vertex(scene: &Scene, ray: &Ray, hide_emitters: bool) -> Option<Vertex>
 /// What the command line changes about a scene's integrator.
 #[derive(Clone, Debug, Default)]
 pub struct Overrides {
-    /// The name of another integrator, which keeps `max_depth` and `rr_depth` as far as it has them.
+    /// The name of another integrator, which keeps the parameters that both have, such as `max_depth`.
     pub name: Option<String>,
     /// Parameters, as name and text.
     pub params: Vec<(String, String)>,
@@ -127,13 +137,13 @@ impl Integrator {
     }
 }
 
-/// Adds an integrator that keeps the depths of the scene's own.
+/// Adds an integrator that keeps the parameters it shares with the scene's own.
 fn replaced(document: &mut Document, own: Option<ObjectId>, name: &str) -> ObjectId {
     let known = Integrator::PLUGINS.iter().find(|plugin| plugin.name == name);
     let has = |param: &str| known.is_some_and(|plugin| plugin.params.iter().any(|p| p.name == param));
-    let kept = |p: &&Property| [MAX_DEPTH.name, RR_DEPTH.name].contains(&p.name.as_str()) && has(&p.name);
+    let kept = |p: &&Property| !matches!(p.value, Value::Object(_)) && has(&p.name);
     let mut properties: Vec<Property> = Vec::new();
-    // An integrator that wraps another leaves the depths to that one.
+    // An integrator that wraps another leaves the parameters to that one.
     let mut next = own;
     while let Some(id) = next {
         let object = document.object(id);

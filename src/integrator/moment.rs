@@ -33,6 +33,10 @@ impl Described for Moment {
 }
 
 impl Model for Moment {
+    fn needs_light(&self) -> bool {
+        self.child.needs_light()
+    }
+
     fn layers(&self) -> Vec<LayerSpec> {
         let second = LayerSpec { name: "m2".into(), channels: &["R", "G", "B"], source: Source::SecondMoment };
         self.child.layers().into_iter().chain([second]).collect()

@@ -50,6 +50,16 @@ impl Renderer {
         }
     }
 
+    /// What a careful user would want to know: dropped triangles, a scene without light.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = self.scene.warnings().to_vec();
+        if !self.scene.has_lights() && self.integrator.needs_light() {
+            warnings.push("the scene has no light: the image will be black".into());
+        }
+        warnings
+    }
+
     /// A film without samples, with the layers of this integrator.
     #[must_use]
     pub fn film(&self) -> Film {

@@ -1,6 +1,6 @@
 //! From nodes to the scene.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::{Light, Part, Scene};
 use crate::{
@@ -43,9 +43,7 @@ impl Scene {
     /// All that is wrong with its parts, and the lack of a sensor.
     pub fn build(document: &Document) -> Result<Self, SceneError> {
         let params = Params::of(document, document.root, Category::Scene, &[&SCENE])?;
-        for param in SCENE.params {
-            params.find(param.name);
-        }
+        check_hints(&params)?;
         let mut builder = Builder::new(document);
         // The integrator is read by whoever renders.
         builder.keep(params.child(Category::Integrator));
@@ -59,6 +57,18 @@ impl Scene {
     }
 }
 
+/// Reads what makes no difference, so that a wrong type is still noticed.
+fn check_hints(params: &Params<'_>) -> Result<(), SceneError> {
+    for Param { name, kind, .. } in SCENE.params {
+        match kind {
+            Kind::Boolean => params.boolean(name).map(drop)?,
+            Kind::Integer => params.integer(name).map(drop)?,
+            _ => params.float(name).map(drop)?,
+        }
+    }
+    Ok(())
+}
+
 struct Builder<'d> {
     document: &'d Document,
     shapes: Vec<Shape>,
@@ -67,6 +77,8 @@ struct Builder<'d> {
     /// Which bsdf an element has become, for elements that several shapes refer to.
     known_bsdfs: HashMap<ObjectId, usize>,
     lights: Vec<Light>,
+    /// The elements that have become lights.
+    emitters: HashSet<ObjectId>,
     sky: Option<usize>,
     warnings: Vec<String>,
     faults: Vec<crate::node::Diagnostic>,
@@ -81,6 +93,7 @@ impl<'d> Builder<'d> {
             bsdfs: Vec::new(),
             known_bsdfs: HashMap::new(),
             lights: Vec::new(),
+            emitters: HashSet::new(),
             sky: None,
             warnings: Vec::new(),
             faults: Vec::new(),
@@ -184,6 +197,10 @@ impl<'d> Builder<'d> {
     fn light(&mut self, id: ObjectId, part: Option<usize>) -> Result<(), SceneError> {
         let emitter = Emitter::read(self.document, id)?;
         let place = &self.document.object(id).place;
+        if !self.emitters.insert(id) {
+            let error = SceneError::at(place, "this emitter stands in several places");
+            return Err(error.hint("give each shape that shines an emitter of its own"));
+        }
         let shines_from_a_shape = matches!(emitter, Emitter::Area(_));
         if shines_from_a_shape != part.is_some() {
             let (what, hint) = match part {
@@ -199,10 +216,7 @@ impl<'d> Builder<'d> {
         Ok(())
     }
 
-    fn finish(mut self, sensor: Sensor) -> Result<Scene, SceneError> {
-        if self.lights.is_empty() {
-            self.warnings.push("the scene has no light: the image will be black".into());
-        }
+    fn finish(self, sensor: Sensor) -> Result<Scene, SceneError> {
         Ok(Scene {
             sensor,
             shapes: Shapes::new(self.shapes),

@@ -136,7 +136,13 @@ impl Scene {
         PerSolidAngle(density / self.lights.len().max(1) as f64)
     }
 
-    /// What a careful user would want to know: dropped triangles, a scene without light.
+    /// Whether anything shines.
+    #[must_use]
+    pub fn has_lights(&self) -> bool {
+        !self.lights.is_empty()
+    }
+
+    /// What a careful user would want to know: dropped triangles.
     #[must_use]
     pub fn warnings(&self) -> &[String] {
         &self.warnings

@@ -73,10 +73,7 @@ impl Sensor {
 fn read_film(params: &Params<'_>) -> Result<HdrFilm, SceneError> {
     match params.child(Category::Film)? {
         Some(id) => Ok(FilmPlugin::read(params.document(), id)?.format().clone()),
-        None => {
-            Err(SceneError::at(&params.object().place, "the sensor has no film")
-                .hint("give it a <film type=\"hdrfilm\">"))
-        }
+        None => Ok(HdrFilm::default()),
     }
 }
 
@@ -108,7 +105,7 @@ const TO_WORLD: Param = Param::optional(
     "the identity",
     "the camera's place; it looks along +z, +x being left",
 );
-const FILM: Param = Param::required("film", Kind::Object(Category::Film), "the film");
+const FILM: Param = Param::optional("film", Kind::Object(Category::Film), "hdrfilm, 768 x 576", "the film");
 const SAMPLER: Param = Param::optional("sampler", Kind::Object(Category::Sampler), "independent", "the sampler");
 
 /// The pyramid of view.

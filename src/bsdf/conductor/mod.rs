@@ -43,6 +43,9 @@ impl ComplexIndex {
     pub(super) fn read(params: &Params<'_>) -> Result<Self, SceneError> {
         let given = [params.find(ETA.name).is_some(), params.find(K.name).is_some()];
         match given {
+            [_, _] if params.find(MATERIAL.name).is_some() && given != [false; 2] => {
+                Err(params.error(MATERIAL.name, "both a material and its index are given").hint("give one"))
+            }
             [true, true] => Ok(Self { eta: params.rgb(ETA.name)?, k: params.rgb(K.name)? }),
             [false, false] => Self::named(params),
             _ => {

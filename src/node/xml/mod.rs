@@ -28,7 +28,8 @@
 //! - `up` within 1e-9 of the direction of a `<lookat>`, where rounding alone would choose the roll.
 //! - A document type declaration, a second root element, and whatever exceeds the limits of this module.
 //!
-//! More is allowed in one case: an `<alias>` in an included file sees the ids of the including file.
+//! More is allowed in two cases: an `<alias>` in an included file sees the ids of the including file, and an `<integer>`
+//! may stand where a `<float>` is wanted.
 //!
 //! As in Mitsuba, an `<include>` is looked for beside the including file (then beside the files around it, then in
 //! each `<path>`, the last first), but the files that *plugins* name start from the folder of the *scene*, also when
