@@ -112,6 +112,7 @@ fn options_change_the_integrator() {
         (deep, "--integrator direct --param hide_emitters=true", DIRECT.into()),
         (r#"<integrator type="depth"/>"#, "--integrator path --param max_depth=3 --param rr_depth=1", deep.into()),
         (&wrapped, "--integrator path", deep.into()),
+        (DIRECT, "--integrator path", DIRECT.replace("direct", "path")),
         ("", "--integrator path --param max_depth=3 --param rr_depth=1", deep.into()),
     ];
     for (own, options, instead) in cases {
@@ -249,12 +250,29 @@ fn compare_agrees_differs_and_asks_for_samples() {
         ("image.exr", 0, "agrees"),
         ("brighter.exr", 1, "differs"),
         ("short.exr", 1, "undecided (not enough samples: needs about "),
-        ("mute.exr", 1, "undecided: an image has no variances to test by"),
+        (
+            "mute.exr",
+            1,
+            "undecided: no variances to test by (layers variance.R, .G, .B of two samples or more): mute.exr",
+        ),
+        ("reference.exr", 0, "identical, pixel by pixel"),
     ];
     for (test, code, conclusion) in cases {
         let said = run(&mut folder.etendue(&format!("compare {test} reference.exr")));
         assert_eq!(said.code, Some(code), "{test}: {}{}", said.out, said.err);
         assert!(said.out.lines().last().unwrap().starts_with(conclusion), "{test}: {}", said.out);
+    }
+}
+
+#[test]
+fn compare_refuses_variances_that_cannot_be() {
+    let folder = Folder::with_scene(&noisy());
+    folder.render("--spp 4");
+    for (value, number) in [("negative", -1.0), ("nan", f32::NAN)] {
+        changed(&folder, "bad.exr", |name, x| if name == "variance.G" { number } else { x });
+        let said = run(&mut folder.etendue("compare bad.exr image.exr"));
+        let message = "bad.exr: the variance of the pixel in column 0, row 0 is negative or not finite\n";
+        assert_eq!((said.code, said.err.as_str()), (Some(2), message), "{value}");
     }
 }
 
@@ -309,7 +327,8 @@ fn verify_ends_with_0_1_or_2() {
     let said = verify("reference/*");
     assert_eq!(said.code, Some(0), "{}{}", said.out, said.err);
     assert!(said.out.contains("holds  reference/depth-crop") && said.out.contains("1 rows, 0 failed"), "{}", said.out);
-    assert!(folder.path("reports/verify/index.html").exists());
+    // Some rows only do not replace the page of all.
+    assert!(folder.path("reports/verify/part.html").exists() && !folder.path("reports/verify/index.html").exists());
 
     let said = verify("nothing/*");
     assert_eq!((said.code, said.err.as_str()), (Some(2), "nothing is called \"nothing/*\"\n"));

@@ -71,7 +71,8 @@ fn replayed(folder: &Folder, x: u32, y: u32, samples: u32) -> [f64; 3] {
 
 #[test]
 fn a_pixel_is_the_mean_of_its_replayed_samples() {
-    let crop = r#"<integer name="crop_offset_x" value="5"/><integer name="crop_offset_y" value="3"/>"#;
+    let crop = r#"<integer name="crop_offset_x" value="5"/><integer name="crop_offset_y" value="3"/>
+        <integer name="crop_width" value="19"/><integer name="crop_height" value="17"/>"#;
     for sampler in SAMPLERS {
         let folder = Folder::with_scene(&busy(sampler, crop));
         let image = folder.render("--spp 4 --seed 3");

@@ -31,6 +31,65 @@ fn bits_of(text: &str) -> Vec<(String, Vec<u32>)> {
 }
 
 #[test]
+fn mirrors_turn_spheres_inside_out_as_in_mitsuba() {
+    let ball = |scale: &str, flip: bool| {
+        let map = format!(r#"<transform name="to_world"><scale {scale}/></transform>"#);
+        format!(r#"<shape type="sphere">{map}<boolean name="flip_normals" value="{flip}"/>{LAMP}</shape>"#)
+    };
+    let of = |ball: String| bits_of(&kit::scene(&ball));
+    assert_eq!(of(ball(r#"x="-1""#, false)), of(ball(r#"x="-1" y="-1" z="-1""#, false)));
+    assert_eq!(of(ball(r#"x="-1" y="-1""#, false)), of(ball("", false)));
+    let middle = |ball: String| pixel(&image(&kit::scene_of(&[INTEGRATOR, SENSOR, &ball]), 4), 8, 6);
+    assert_eq!(middle(ball(r#"y="-1""#, false)), [0.0; 3]);
+    assert_eq!(middle(ball(r#"y="-1""#, true)), [3.0, 2.0, 1.0]);
+}
+
+#[test]
+fn meshes_with_normals_shine_to_their_side_in_mirrors_too() {
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\n\
+        property float ny\nproperty float nz\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n\
+        -2 -2 0 0 0 1\n2 -2 0 0 0 1\n0 3 0 0 0 1\n3 0 1 2\n";
+    let middle = |scale: &str, face_normals: bool| {
+        let shape = format!(
+            r#"<shape type="ply"><string name="filename" value="a.ply"/><boolean name="face_normals" value="{face_normals}"/>
+               <transform name="to_world"><scale {scale}/></transform>{LAMP}</shape>"#
+        );
+        let folder = Folder::with_scene(&kit::scene_of(&[INTEGRATOR, SENSOR, &shape]));
+        folder.write("a.ply", ply);
+        pixel(&image_in(&folder, 4), 8, 6)
+    };
+    assert_eq!(middle("", false), [3.0, 2.0, 1.0]);
+    assert_eq!(middle(r#"x="-1""#, false), [3.0, 2.0, 1.0]);
+    assert_eq!(middle(r#"x="-1""#, true), [0.0; 3]);
+    assert_eq!(middle(r#"z="-1""#, false), [0.0; 3]);
+}
+
+#[test]
+fn what_is_hidden_does_not_move_the_far_plane() {
+    let hiding = INTEGRATOR.replace("</", r#"<boolean name="hide_emitters" value="true"/></"#);
+    let lamp = |z: f64| {
+        format!(r#"<shape type="rectangle"><transform name="to_world"><translate z="{z}"/></transform>{LAMP}</shape>"#)
+    };
+    let wall = r#"<shape type="rectangle"><transform name="to_world"><scale value="9"/><translate z="-4"/></transform></shape>"#;
+    // The wall is 9 away.
+    for (far, seen) in [(8.5, false), (9.5, true)] {
+        let sensor = SENSOR.replace("<transform", &format!(r#"<float name="far_clip" value="{far}"/><transform"#));
+        let plain = pixel(&image(&kit::scene_of(&[&hiding, &sensor, wall, SKY]), 4), 8, 6);
+        for lamps in [lamp(2.0), lamp(2.0) + &lamp(-1.0)] {
+            let hidden = pixel(&image(&kit::scene_of(&[&hiding, &sensor, &lamps, wall, SKY]), 4), 8, 6);
+            assert_eq!((hidden != [0.0; 3], plain != [0.0; 3]), (seen, seen), "{far}");
+        }
+    }
+}
+
+#[test]
+fn a_sensor_without_a_film_has_the_default_one() {
+    let sensor = r#"<sensor type="perspective"><float name="fov" value="1"/></sensor>"#;
+    let image = image(&kit::scene_of(&[r#"<integrator type="depth"/>"#, sensor]), 1);
+    assert_eq!((image.crop.width, image.crop.height), (768, 576));
+}
+
+#[test]
 fn lamps_shine_from_their_front_alone() {
     let middle = |turn: &str| pixel(&image(&kit::scene_of(&[INTEGRATOR, SENSOR, &square(LAMP, turn)]), 4), 8, 6);
     assert_eq!(middle(""), [3.0, 2.0, 1.0]);
