@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Render one scene with Mitsuba and with etendue now, and pass on the verdict of `etendue compare`.
 
-Exit codes: 0 they agree; 1 they differ; 2 bad input.
+Exit codes: 0 they agree; 1 they do not, or there are too few samples to tell; 2 bad input.
 """
 
 import argparse

@@ -25,6 +25,8 @@ struct Page {
     seconds: String,
     threads: usize,
     command: String,
+    /// Whether only some rows were asked for.
+    partial: bool,
     total: usize,
     passed: bool,
     failures: Vec<Failure>,
@@ -99,6 +101,7 @@ impl Page {
             threads: evidence.threads,
             command: command(evidence),
             scaled: SCALED,
+            partial: evidence.only != "*",
             total: evidence.rows.len() + evidence.scenes.len(),
             passed: failures.is_empty(),
             failures,
