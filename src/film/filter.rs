@@ -181,6 +181,7 @@ impl Profile {
     }
 
     /// An offset with the profile as its density, restricted to `[from, to]`.
+    #[inline]
     #[must_use]
     pub fn sample_within(&self, u: f64, from: f64, to: f64) -> f64 {
         if self.is_flat {

@@ -151,6 +151,7 @@ impl HdrFilm {
     }
 
     /// Draws a position on the film, in pixels, for the pixel in column `x` and row `y` of the rendered part.
+    #[inline]
     #[must_use]
     pub fn sample(&self, x: u32, y: u32, u: DVec2) -> DVec2 {
         DVec2::new(self.along(self.crop.x, x, self.crop.width, u.x), self.along(self.crop.y, y, self.crop.height, u.y))

@@ -7,6 +7,7 @@ use rand_pcg::Pcg64Mcg;
 
 /// Stafford's variant 13 of the 64-bit finaliser of MurmurHash3, the mixer of SplitMix64: a bijection under which
 /// every bit of the input changes every bit of the output with probability one half.
+#[inline]
 #[must_use]
 pub fn mix(mut x: u64) -> u64 {
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -15,6 +16,7 @@ pub fn mix(mut x: u64) -> u64 {
 }
 
 /// A hash of a sequence of numbers; sequences that differ anywhere have unrelated hashes.
+#[inline]
 #[must_use]
 pub fn hash(parts: &[u64]) -> u64 {
     parts
@@ -28,6 +30,7 @@ pub struct Stream(Pcg64Mcg);
 
 impl Stream {
     /// The stream of an address, for example `[seed, pass, pixel, sample]`.
+    #[inline]
     #[must_use]
     pub fn at(address: &[u64]) -> Self {
         let high = hash(address);
@@ -35,11 +38,13 @@ impl Stream {
     }
 
     /// Uniform on [0, 1), a multiple of 2⁻⁵³.
+    #[inline]
     pub fn next_1d(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 * 2.0_f64.powi(-53)
     }
 
     /// Uniform on the unit square.
+    #[inline]
     pub fn next_2d(&mut self) -> DVec2 {
         DVec2::new(self.next_1d(), self.next_1d())
     }

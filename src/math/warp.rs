@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 
 /// The square onto the unit disc, area-preserving up to the factor π and continuous.
 /// Shirley and Chiu 1997, "A Low Distortion Map Between Disk and Square".
+#[inline]
 #[must_use]
 pub fn square_to_disc(u: DVec2) -> DVec2 {
     let p = 2.0 * u - DVec2::ONE;
@@ -49,6 +50,7 @@ const fn coefficients<const N: usize>(first: usize) -> [f64; N] {
 }
 
 /// The square onto the hemisphere around +z, with density cos θ / π. Malley's method.
+#[inline]
 #[must_use]
 pub fn square_to_cosine_hemisphere(u: DVec2) -> DVec3 {
     let p = square_to_disc(u);
@@ -73,6 +75,7 @@ pub const SPHERE_DENSITY: f64 = 0.25 * FRAC_1_PI;
 
 /// The square onto the cap of directions within an angle of +z, with density `1 / 2π(1 - cos)`.
 /// `one_minus_cos` is one minus the cosine of that angle, since narrow cones have no digits left in the cosine itself.
+#[inline]
 #[must_use]
 pub fn square_to_cone(u: DVec2, one_minus_cos: f64) -> DVec3 {
     let p = square_to_disc(u);

@@ -112,6 +112,7 @@ impl Renderer {
     ///
     /// # Panics
     /// If the sample is infinite or not a number, which is a bug; the message is its address.
+    #[inline]
     pub fn sample(&self, pass: Pass, (x, y): (u32, u32), sample: u32, values: &mut [f64]) -> Rgb {
         let sensor = &self.scene.sensor;
         let crop = sensor.film.rendered();

@@ -40,6 +40,7 @@ impl Model for Independent {
         self.common.seed
     }
 
+    #[inline]
     fn numbers(&self, address: &Address) -> PathNumbers {
         PathNumbers::Independent(Stream::at(&address.of_sample()))
     }

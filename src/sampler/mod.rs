@@ -35,6 +35,7 @@ pub struct Address {
 }
 
 impl Address {
+    #[inline]
     fn of_sample(&self) -> [u64; 4] {
         [self.seed, self.pass, self.pixel, u64::from(self.sample)]
     }
@@ -133,6 +134,7 @@ impl Model for Sampler {
         each_sampler!(self, sampler => sampler.seed())
     }
 
+    #[inline]
     fn numbers(&self, address: &Address) -> PathNumbers {
         each_sampler!(self, sampler => sampler.numbers(address))
     }

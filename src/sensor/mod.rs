@@ -168,6 +168,7 @@ impl Projection {
     }
 
     /// The world's ray from a local origin, which starts and ends on the clipping planes.
+    #[inline]
     fn ray(&self, origin: DVec3, direction: DVec3) -> Ray {
         let (length, per_depth) = (direction.length(), direction.z.recip());
         let start = origin + self.near * per_depth * direction;

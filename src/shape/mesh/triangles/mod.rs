@@ -71,6 +71,7 @@ impl Triangles {
     }
 
     /// The corners of a triangle.
+    #[inline]
     #[must_use]
     pub fn triangle(&self, triangle: u32) -> [DVec3; 3] {
         self.indices[triangle as usize].map(|i| wide(self.positions[i as usize]))
