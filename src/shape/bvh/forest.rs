@@ -67,12 +67,6 @@ impl Forest {
         Child::node(first_node)
     }
 
-    /// The memory of it all.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        size_of_val(&*self.tree.nodes) + size_of_val(&*self.leaves)
-    }
-
     /// The parameter of the closest hit: tests leaves that the ray may hit, about front to back.
     #[inline]
     pub fn closest(&self, ray: &Ray, test: impl Test<Leaf>) -> Option<f64> {
