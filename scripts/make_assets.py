@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Generate the meshes and textures that the scenes in assets/scenes use.
 
-Standard library only, and every byte is fixed: vertices are rounded to float32 or to six decimals, and the PNG files
-hold stored (uncompressed) blocks, so that no library version can change them.
+Every byte is fixed: vertices are rounded to float32 or to decimals, the PNG files hold stored (uncompressed) blocks, and
+the one library that could change a file, manifold3d for the closed teapot, is pinned in requirements.txt.
 """
 
 import argparse
@@ -13,7 +13,8 @@ import zlib
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
-from meshes import Mesh, Vec3, obj_bytes, ply_bytes
+from meshes import Mesh, Vec3, kcply_bytes, obj_bytes, ply_bytes
+from teapot import closed_teapot, open_teapot
 
 Rgb8 = tuple[int, int, int]
 
@@ -248,11 +249,17 @@ def stripes() -> bytes:
 
 def assets() -> dict[str, bytes]:
     """Every generated file: its path under assets/ and its bytes."""
+    coarse, fine = open_teapot(6), open_teapot(10)
     return {
         "meshes/bumpy-torus.ply": ply_bytes(bumpy_torus(), "binary_little_endian"),
         "meshes/gem.ply": ply_bytes(gem(), "ascii"),
         "meshes/lamp.ply": ply_bytes(lamp(), "ascii"),
         "meshes/pebble.ply": ply_bytes(pebble(), "binary_big_endian"),
+        "meshes/teapot-closed.ply": ply_bytes(closed_teapot(10), "binary_little_endian"),
+        "meshes/teapot-coarse.kcply": kcply_bytes(coarse, 0),
+        "meshes/teapot-coarse.ply": ply_bytes(coarse, "binary_little_endian"),
+        "meshes/teapot-fine.kcply": kcply_bytes(fine, 1),
+        "meshes/teapot-fine.ply": ply_bytes(fine, "binary_little_endian"),
         "meshes/terrain.ply": ply_bytes(terrain(), "binary_little_endian"),
         "meshes/vase.obj": obj_bytes(vase()),
         "textures/mosaic.png": mosaic(),

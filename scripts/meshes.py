@@ -1,4 +1,4 @@
-"""Polygon meshes and the files they are kept in: PLY and Wavefront OBJ."""
+"""Polygon meshes and the files they are kept in: PLY, Wavefront OBJ, kcply."""
 
 import struct
 from dataclasses import dataclass, field
@@ -46,6 +46,14 @@ def obj_bytes(mesh: Mesh) -> bytes:
     lines += ["vt " + " ".join(_decimal(x) for x in t) for t in mesh.uvs]
     lines += ["vn " + " ".join(_decimal(x) for x in n) for n in mesh.normals]
     lines += ["f " + " ".join(f"{i + 1}/{i + 1}/{i + 1}" for i in f) for f in mesh.faces]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def kcply_bytes(mesh: Mesh, first: int) -> bytes:
+    """Encode a triangle mesh as kcply, without normals and uvs, its vertices counted from `first` (0 or 1)."""
+    lines = ["kcply", f"element vertex {len(mesh.positions)}", f"element face {len(mesh.faces)}"]
+    lines += [" ".join(_decimal(x).rstrip("0").rstrip(".") for x in p) for p in mesh.positions]
+    lines += [" ".join(str(i) for i in (len(f), *(first + i for i in f))) for f in mesh.faces]
     return ("\n".join(lines) + "\n").encode()
 
 
