@@ -1,5 +1,7 @@
 use glam::{DAffine3, DVec3};
 
+use super::Ray;
+
 /// An axis-aligned box, closed; empty where `min > max`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
@@ -12,6 +14,9 @@ pub struct Aabb {
 impl Aabb {
     /// The box that holds nothing, the neutral element of [`Aabb::union`].
     pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+
+    /// All of space.
+    pub const EVERYTHING: Self = Self { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY };
 
     /// The smallest box around some points.
     pub fn around(points: impl IntoIterator<Item = DVec3>) -> Self {
@@ -28,6 +33,12 @@ impl Aabb {
     #[must_use]
     pub fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    /// The box of what is in both.
+    #[must_use]
+    pub fn intersection(self, other: Self) -> Self {
+        Self { min: self.min.max(other.min), max: self.max.min(other.max) }
     }
 
     /// Whether it holds no point.
@@ -67,9 +78,12 @@ impl Aabb {
         })
     }
 
-    /// The box around this one's image under an affine map.
+    /// The box around this one's image under an affine map; that of an infinite one is everything.
     #[must_use]
     pub fn transformed(&self, map: &DAffine3) -> Self {
+        if !self.min.is_finite() || !self.max.is_finite() {
+            return Self::EVERYTHING;
+        }
         Self::around(self.corners().map(|c| map.transform_point3(c)))
     }
 
@@ -77,5 +91,41 @@ impl Aabb {
     #[must_use]
     pub fn bounding_sphere(&self) -> (DVec3, f64) {
         (self.centre(), 0.5 * self.extent().length())
+    }
+
+    /// Whether a point is in it.
+    #[inline]
+    #[must_use]
+    pub fn contains(&self, p: DVec3) -> bool {
+        (self.min.cmple(p) & p.cmple(self.max)).all()
+    }
+
+    /// Where the whole line of a ray enters and leaves it, and through which of its faces: `2 axis + side`, of which the
+    /// upper one is 1. Between the last entry and the first exit of three slabs it is inside.
+    #[inline]
+    #[must_use]
+    pub fn cross(&self, ray: &Ray) -> Option<[(f64, usize); 2]> {
+        let (mut entry, mut exit) = ((f64::NEG_INFINITY, 0), (f64::INFINITY, 0));
+        for axis in 0..3 {
+            let (o, d) = (ray.origin[axis], ray.direction[axis]);
+            let (min, max) = (self.min[axis], self.max[axis]);
+            if d == 0.0 {
+                if o < min || o > max {
+                    return None;
+                }
+                continue;
+            }
+            // Going up, one enters through the lower side.
+            let down = usize::from(d < 0.0);
+            let [near, far] = if d < 0.0 { [max, min] } else { [min, max] };
+            let (t_near, t_far) = ((near - o) / d, (far - o) / d);
+            if t_near > entry.0 {
+                entry = (t_near, 2 * axis + down);
+            }
+            if t_far < exit.0 {
+                exit = (t_far, 2 * axis + 1 - down);
+            }
+        }
+        (entry.0 <= exit.0).then_some([entry, exit])
     }
 }

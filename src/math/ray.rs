@@ -27,7 +27,7 @@ impl Ray {
     /// hit again.
     #[must_use]
     pub fn leaving(origin: DVec3, direction: DVec3) -> Self {
-        Self { t_min: leaving_distance(origin), ..Self::new(origin, direction) }
+        Self { t_min: Self::leaving_distance(origin), ..Self::new(origin, direction) }
     }
 
     /// The ray from a surface point to another one, both of them left out: what a visibility test asks for.
@@ -35,7 +35,7 @@ impl Ray {
     #[must_use]
     pub fn between(origin: DVec3, target: DVec3) -> Self {
         let direction = target - origin;
-        let margin = leaving_distance(origin).max(leaving_distance(target)) / direction.length();
+        let margin = Self::leaving_distance(origin).max(Self::leaving_distance(target)) / direction.length();
         Self { origin, direction, t_min: margin, t_max: 1.0 - margin }
     }
 
@@ -56,10 +56,12 @@ impl Ray {
     pub fn contains(&self, t: f64) -> bool {
         self.t_min < t && t < self.t_max
     }
-}
 
-/// How far along a ray a hit must lie to be another surface than the one it left. Rounding leaves a computed hit
-/// within some 1e-15 of the scene's coordinates of the true one; 1e-9 covers rays that graze at 1e-6 radians.
-fn leaving_distance(p: DVec3) -> f64 {
-    1e-9 * (1.0 + p.abs().max_element())
+    /// How far along a ray a hit must lie to be another surface than the one it left at `p`. Rounding leaves a computed
+    /// hit within some 1e-15 of the scene's coordinates of the true one; 1e-9 covers rays that graze at 1e-6 radians.
+    #[inline]
+    #[must_use]
+    pub fn leaving_distance(p: DVec3) -> f64 {
+        1e-9 * (1.0 + p.abs().max_element())
+    }
 }

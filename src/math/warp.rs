@@ -1,6 +1,6 @@
 //! Maps from the unit square to directions and surfaces, each with its density.
 
-use std::f64::consts::{FRAC_1_PI, FRAC_PI_4, PI};
+use std::f64::consts::{FRAC_1_PI, FRAC_PI_4, PI, TAU};
 
 use glam::{DVec2, DVec3};
 
@@ -61,6 +61,15 @@ pub fn square_to_cosine_hemisphere(u: DVec2) -> DVec3 {
 #[must_use]
 pub fn cosine_hemisphere_density(cos_theta: f64) -> f64 {
     cos_theta.max(0.0) * FRAC_1_PI
+}
+
+/// The square onto the hemisphere around +z, with density `(n + 1) / 2π cosⁿ θ`.
+#[must_use]
+pub fn square_to_cosine_power(u: DVec2, n: f64) -> DVec3 {
+    // The logarithm of the square of the cosine, so that the sine of narrow lobes keeps its digits.
+    let log = 2.0 * (-u.x).ln_1p() / (n + 1.0);
+    let (sin, cos) = (TAU * u.y).sin_cos();
+    (-log.exp_m1()).sqrt() * DVec3::new(cos, sin, 0.0) + (0.5 * log).exp() * DVec3::Z
 }
 
 /// The square onto the unit sphere, with density 1 / 4π: by way of the disc, whose circles become circles of latitude

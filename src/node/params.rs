@@ -175,13 +175,28 @@ impl<'d> Params<'d> {
         self.required(name, self.optional_point(name)?)
     }
 
-    /// Three coordinates that may be absent.
+    /// Three coordinates that may be absent, each within the parameter's range.
     pub fn optional_point(&self, name: &str) -> Result<Option<DVec3>, SceneError> {
-        match self.find(name) {
-            None => Ok(default_text(self.param(name)).map(parse_vector)),
-            Some(Property { value: Value::Vector(v), .. }) => Ok(Some(*v)),
-            Some(property) => Err(self.wrong_type(property, "point")),
+        let param = self.param(name);
+        let point = match self.find(name) {
+            None => default_text(param).map(parse_vector),
+            Some(Property { value: Value::Vector(v), .. }) => Some(*v),
+            Some(property) => return Err(self.wrong_type(property, "point")),
+        };
+        for x in point.iter().flat_map(|point| point.to_array()) {
+            self.in_range(param, x)?;
         }
+        Ok(point)
+    }
+
+    /// Finite numbers in one text, separated by commas or blanks.
+    pub fn numbers(&self, name: &str) -> Result<Vec<f64>, SceneError> {
+        let parse = |item: &str| {
+            let number = item.parse().ok().filter(|x: &f64| x.is_finite());
+            number.ok_or_else(|| self.error(name, format!("\"{item}\" in \"{name}\" is no finite number")))
+        };
+        let items = self.string(name)?.split(|c: char| c == ',' || c.is_ascii_whitespace());
+        items.filter(|item| !item.is_empty()).map(parse).collect()
     }
 
     /// An affine map; the identity if absent.

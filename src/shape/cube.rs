@@ -1,6 +1,6 @@
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Drawn, Hit, Model, Surface, affine::Affine};
+use super::{Crossings, Drawn, Hit, Line, Model, Surface, affine::Affine};
 use crate::{
     math::{Aabb, PerArea, Ray},
     node::{Category, Described, Params, Plugin, SceneError},
@@ -45,6 +45,8 @@ impl Described for Cube {
     }
 }
 
+const CANONICAL: Aabb = Aabb { min: DVec3::NEG_ONE, max: DVec3::ONE };
+
 fn local_normal(face: usize) -> DVec3 {
     DVec3::AXES[face / 2] * if face % 2 == 1 { 1.0 } else { -1.0 }
 }
@@ -63,37 +65,22 @@ fn uv(face: usize, p: DVec3) -> DVec2 {
 
 impl Model for Cube {
     fn bounds(&self) -> Aabb {
-        Aabb { min: DVec3::NEG_ONE, max: DVec3::ONE }.transformed(&self.affine.to_world)
+        CANONICAL.transformed(&self.affine.to_world)
     }
 
-    /// The slabs method: the ray is inside between the last entry and the first exit of three slabs.
     fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        let local = self.affine.ray(ray);
-        let (mut entry, mut entry_face) = (f64::NEG_INFINITY, 0);
-        let (mut exit, mut exit_face) = (f64::INFINITY, 0);
-        for axis in 0..3 {
-            let (o, d) = (local.origin[axis], local.direction[axis]);
-            if d == 0.0 {
-                if o.abs() > 1.0 {
-                    return None;
-                }
-                continue;
-            }
-            // Going up, one enters through the negative side.
-            let (near, far) = (-1.0_f64.copysign(d), 1.0_f64.copysign(d));
-            let (t_near, t_far) = ((near - o) / d, (far - o) / d);
-            if t_near > entry {
-                (entry, entry_face) = (t_near, 2 * axis + usize::from(near > 0.0));
-            }
-            if t_far < exit {
-                (exit, exit_face) = (t_far, 2 * axis + usize::from(far > 0.0));
-            }
-        }
-        if entry > exit {
-            return None;
-        }
-        let (t, face) = if ray.contains(entry) { (entry, entry_face) } else { (exit, exit_face) };
-        ray.contains(t).then_some(Hit { t, primitive: face as u32, coordinates: DVec2::ZERO })
+        let [entry, exit] = CANONICAL.cross(&self.affine.ray(ray))?;
+        let (t, face) = if ray.contains(entry.0) { entry } else { exit };
+        ray.contains(t).then_some(Hit::new(t, face as u32, DVec2::ZERO))
+    }
+
+    fn check_solid(&self) -> Result<(), String> {
+        Ok(())
+    }
+
+    fn cross(&self, line: &Line) -> Crossings {
+        let found = CANONICAL.cross(&self.affine.ray(&line.ray));
+        found.into_iter().flatten().map(|(t, face)| Hit::new(t, face as u32, DVec2::ZERO)).collect()
     }
 
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {

@@ -59,7 +59,7 @@ impl Model for Disk {
             return None;
         }
         let at = local.at(t).truncate();
-        (at.length_squared() <= 1.0).then_some(Hit { t, primitive: 0, coordinates: at })
+        (at.length_squared() <= 1.0).then_some(Hit::new(t, 0, at))
     }
 
     fn surface(&self, _ray: &Ray, hit: &Hit) -> Surface {

@@ -6,24 +6,29 @@
 mod affine;
 pub mod bvh;
 mod cube;
-mod cylinder;
+mod csg;
 mod disk;
 pub mod laws;
 pub mod mesh;
+mod plane;
+pub mod quadric;
 mod rectangle;
 mod shapes;
+mod solid;
 mod sphere;
 
+pub use csg::Csg;
 pub use cube::Cube;
-pub use cylinder::Cylinder;
 pub use disk::Disk;
+pub use plane::Plane;
 pub use rectangle::Rectangle;
 pub use shapes::Shapes;
-pub use sphere::Sphere;
+pub use solid::{Crossings, Line, Operation};
+pub use sphere::{Ellipsoid, Sphere, Spheroid};
 
 use bvh::Bvh;
 use glam::{DVec2, DVec3};
-use mesh::Shear;
+use mesh::{OpenEdges, Shear};
 
 use crate::{
     math::{Aabb, Frame, PerArea, PerSolidAngle, Ray},
@@ -37,8 +42,18 @@ pub struct Hit {
     pub t: f64,
     /// Which face of a cube or triangle of a mesh.
     pub primitive: u32,
+    /// Which operand of a csg, counting all solids in it that are none themselves.
+    pub leaf: u32,
     /// Coordinates on the primitive: barycentric of the second and third corner for triangles, else unused.
     pub coordinates: DVec2,
+}
+
+impl Hit {
+    /// A hit with a shape that is no csg.
+    #[must_use]
+    pub fn new(t: f64, primitive: u32, coordinates: DVec2) -> Self {
+        Self { t, primitive, leaf: 0, coordinates }
+    }
 }
 
 /// A point of a surface.
@@ -54,13 +69,21 @@ pub struct Surface {
     pub uv: DVec2,
     /// Which face of a cube or triangle of a mesh.
     pub primitive: u32,
+    /// Which operand of a csg.
+    pub leaf: u32,
 }
 
 impl Surface {
     /// A point where the shading normal is the true one.
     #[must_use]
     pub fn flat(p: DVec3, n: DVec3, uv: DVec2, primitive: u32) -> Self {
-        Self { p, n, shading: Frame::from_normal(n), uv, primitive }
+        Self { p, n, shading: Frame::from_normal(n), uv, primitive, leaf: 0 }
+    }
+
+    /// The same point of the other side's surface.
+    #[must_use]
+    pub fn flipped(self) -> Self {
+        Self { n: -self.n, shading: Frame::from_normal(-self.shading.n), ..self }
     }
 }
 
@@ -100,17 +123,59 @@ pub trait Model {
     /// The surface at a hit of this ray.
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface;
 
-    /// Draws a point from all of the surface.
-    fn sample_area(&self, u: DVec2) -> Drawn<PerArea>;
+    /// Why it cannot be a light, if it cannot: no points are drawn from its surface then.
+    fn cannot_shine(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// Draws a point from all of the surface of a shape that can shine.
+    fn sample_area(&self, _u: DVec2) -> Drawn<PerArea> {
+        unreachable!("no point is drawn from a shape that cannot shine")
+    }
 
     /// The density with which [`Model::sample_area`] draws a point.
-    fn area_density(&self, surface: &Surface) -> PerArea;
+    fn area_density(&self, _surface: &Surface) -> PerArea {
+        unreachable!("no point is drawn from a shape that cannot shine")
+    }
 
     /// Draws a point to be lit from, as seen from `from`; None where the drawn point is seen edge-on.
     fn sample_towards(&self, from: DVec3, u: DVec2) -> Option<Drawn<PerSolidAngle>> {
         let drawn = self.sample_area(u);
         let density = as_seen(drawn.density, from, drawn.p, drawn.n)?;
         Some(Drawn { p: drawn.p, n: drawn.n, uv: drawn.uv, density })
+    }
+
+    /// Makes sure that it can be an operand of a csg.
+    ///
+    /// # Errors
+    /// Why it encloses nothing.
+    fn check_solid(&self) -> Result<(), String> {
+        Err("it is a surface that encloses nothing".into())
+    }
+
+    /// Where a line enters and leaves the solid that it encloses, ends closed.
+    fn cross(&self, _line: &Line) -> Crossings {
+        unreachable!("a shape that is no solid is no operand")
+    }
+
+    /// The surface at a crossing, with a normal that points out of the solid.
+    fn solid_surface(&self, ray: &Ray, hit: &Hit) -> Surface {
+        self.surface(ray, hit)
+    }
+
+    /// The materials of its leaves as far as they have their own: more than one in a csg.
+    fn materials(&self) -> &[Option<ObjectId>] {
+        &[None]
+    }
+
+    /// Of a mesh, the distance in the world from a point of its surface to the nearest edge of its triangle.
+    fn edge_distance(&self, _surface: &Surface) -> Option<f64> {
+        None
+    }
+
+    /// Of a mesh that does not enclose a solid, which edges lie open.
+    fn open_edges(&self) -> Option<OpenEdges> {
+        None
     }
 
     /// Whether its normals point inwards without being told to.
@@ -139,19 +204,37 @@ catalogue! { ($)
     /// A shape without its material: the form alone.
     pub enum Form in Category::Shape, each_form {
         /// A sphere or an ellipsoid.
-        Sphere(Sphere),
+        Sphere(Spheroid<Sphere>),
+        /// An ellipsoid.
+        Ellipsoid(Spheroid<Ellipsoid>),
         /// A parallelogram.
         Rectangle(Rectangle),
         /// A parallelepiped.
         Cube(Cube),
         /// A disc or an ellipse.
         Disk(Disk),
+        /// An infinite plane.
+        Plane(Plane),
         /// An open cylinder.
-        Cylinder(Cylinder),
+        Cylinder(quadric::Clipped<quadric::Cylinder>),
+        /// An open cone.
+        Cone(quadric::Clipped<quadric::Cone>),
+        /// An open paraboloid.
+        Paraboloid(quadric::Clipped<quadric::Paraboloid>),
+        /// An open hyperboloid of one sheet or two.
+        Hyperboloid(quadric::Clipped<quadric::Hyperboloid>),
+        /// Any quadric in a box.
+        Quadric(quadric::Clipped<quadric::General>),
+        /// One triangle.
+        Triangle(mesh::Mesh<mesh::Triangle>),
         /// Triangles from a PLY file.
         Ply(mesh::Mesh<mesh::Ply>),
         /// Triangles from an OBJ file.
         Obj(mesh::Mesh<mesh::Obj>),
+        /// Triangles from a kcply file.
+        Kcply(mesh::Mesh<mesh::Kcply>),
+        /// Union, intersection and difference.
+        Csg(Csg),
     }
 }
 
@@ -214,10 +297,11 @@ impl Model for Shape {
     #[inline]
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
         let surface = each_form!(&self.form, form => form.surface(ray, hit));
-        if !self.flipped {
-            return surface;
-        }
-        Surface { n: -surface.n, shading: Frame::from_normal(-surface.shading.n), ..surface }
+        if self.flipped { surface.flipped() } else { surface }
+    }
+
+    fn cannot_shine(&self) -> Option<&'static str> {
+        each_form!(&self.form, form => form.cannot_shine())
     }
 
     fn sample_area(&self, u: DVec2) -> Drawn<PerArea> {
@@ -242,5 +326,40 @@ impl Model for Shape {
 
     fn dropped(&self) -> usize {
         each_form!(&self.form, form => form.dropped())
+    }
+
+    fn materials(&self) -> &[Option<ObjectId>] {
+        each_form!(&self.form, form => form.materials())
+    }
+
+    fn edge_distance(&self, surface: &Surface) -> Option<f64> {
+        each_form!(&self.form, form => form.edge_distance(surface))
+    }
+
+    fn open_edges(&self) -> Option<OpenEdges> {
+        each_form!(&self.form, form => form.open_edges())
+    }
+}
+
+/// What an operand of a csg answers, of whatever form it is.
+impl Form {
+    fn check_solid(&self) -> Result<(), String> {
+        each_form!(self, form => form.check_solid())
+    }
+
+    fn bounds(&self) -> Aabb {
+        each_form!(self, form => form.bounds())
+    }
+
+    fn cross(&self, line: &Line) -> Crossings {
+        each_form!(self, form => form.cross(line))
+    }
+
+    fn solid_surface(&self, ray: &Ray, hit: &Hit) -> Surface {
+        each_form!(self, form => form.solid_surface(ray, hit))
+    }
+
+    fn materials(&self) -> &[Option<ObjectId>] {
+        each_form!(self, form => form.materials())
     }
 }

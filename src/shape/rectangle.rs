@@ -49,7 +49,7 @@ impl Model for Rectangle {
             return None;
         }
         let at = local.at(t).truncate();
-        at.abs().cmple(DVec2::ONE).all().then_some(Hit { t, primitive: 0, coordinates: at })
+        at.abs().cmple(DVec2::ONE).all().then_some(Hit::new(t, 0, at))
     }
 
     fn surface(&self, _ray: &Ray, hit: &Hit) -> Surface {

@@ -3,22 +3,28 @@ use super::{
     bvh::{Bvh, Forest, Leaf, Test},
     mesh::Shear,
 };
-use crate::math::Ray;
+use crate::math::{Aabb, Ray};
 
 /// Shapes with a hierarchy over all their parts.
 #[derive(Debug)]
 pub struct Shapes {
     shapes: Vec<Shape>,
+    /// Over those of finite size.
     forest: Forest,
+    /// The others, which no box can cull.
+    unbounded: Vec<usize>,
 }
 
 impl Shapes {
     /// These shapes, each known by its place in the list.
     #[must_use]
     pub fn new(shapes: Vec<Shape>) -> Self {
-        let boxes: Vec<_> = shapes.iter().map(Shape::bounds).collect();
+        let is_unbounded = |bounds: &Aabb| !bounds.is_empty() && !(bounds.min.is_finite() && bounds.max.is_finite());
+        let mut boxes: Vec<_> = shapes.iter().map(Shape::bounds).collect();
+        let unbounded: Vec<_> = (0..shapes.len()).filter(|&shape| is_unbounded(&boxes[shape])).collect();
+        unbounded.iter().for_each(|&shape| boxes[shape] = Aabb::EMPTY);
         let forest = Forest::new(&Bvh::build(&boxes), |shape| shapes[shape as usize].hierarchy());
-        Self { shapes, forest }
+        Self { shapes, forest, unbounded }
     }
 
     /// The first hit of a ray, and of which shape.
@@ -26,7 +32,18 @@ impl Shapes {
     #[must_use]
     pub fn intersect(&self, ray: &Ray) -> Option<(usize, Hit)> {
         let mut nearest = Nearest { shapes: &self.shapes, shear: None, found: None };
-        self.forest.closest(ray, &mut nearest);
+        if self.unbounded.is_empty() {
+            self.forest.closest(ray, &mut nearest);
+            return nearest.found;
+        }
+        let mut ray = *ray;
+        for &shape in &self.unbounded {
+            if let Some(hit) = self.shapes[shape].intersect(&ray) {
+                nearest.found = Some((shape, hit));
+                ray.t_max = hit.t;
+            }
+        }
+        self.forest.closest(&ray, &mut nearest);
         nearest.found
     }
 
@@ -34,7 +51,9 @@ impl Shapes {
     #[inline]
     #[must_use]
     pub fn occlude(&self, ray: &Ray) -> bool {
-        self.forest.any(ray, &mut Nearest { shapes: &self.shapes, shear: None, found: None })
+        let is_hit = |&shape: &usize| self.shapes[shape].intersect(ray).is_some();
+        self.unbounded.iter().any(is_hit)
+            || self.forest.any(ray, &mut Nearest { shapes: &self.shapes, shear: None, found: None })
     }
 }
 

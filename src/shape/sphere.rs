@@ -1,11 +1,15 @@
-use std::f64::consts::{PI, TAU};
+use std::{
+    f64::consts::{PI, TAU},
+    fmt::Debug,
+    marker::PhantomData,
+};
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Drawn, Hit, Model, Surface, affine::Affine};
+use super::{Crossings, Drawn, Hit, Line, Model, Surface, affine::Affine};
 use crate::{
     math::{Aabb, Frame, PerArea, PerSolidAngle, Ray, roots, warp},
-    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
+    node::{Category, Described, Kind as ParamKind, Param, Params, Plugin, Range, SceneError},
 };
 
 /// A sphere, or after a transform that is not a similarity, the ellipsoid that it becomes. (Mitsuba warns there and
@@ -14,20 +18,39 @@ use crate::{
 /// As a light it is drawn by the solid angle of its visible cap, so that the estimate of an unoccluded, uniform
 /// spherical light has no variance but that of the receiver's cosine; from inside, and as an ellipsoid, by area.
 #[derive(Clone, Debug)]
-pub struct Sphere {
+pub struct Spheroid<K> {
     affine: Affine,
     /// The radius in the world, if it is a sphere there.
     radius: Option<f64>,
+    kind: PhantomData<K>,
 }
 
-impl Described for Sphere {
+/// Ways to describe a spheroid in a scene file.
+pub trait Kind: Clone + Debug {
+    /// The manual page.
+    const PLUGIN: Plugin;
+
+    /// The three radii in the shape's space.
+    ///
+    /// # Errors
+    /// If one is wrong.
+    fn radii(params: &Params<'_>) -> Result<DVec3, SceneError>;
+}
+
+const CENTER: Param = Param::new("center", ParamKind::Point, "0, 0, 0", "the centre");
+
+/// By one radius.
+#[derive(Clone, Debug)]
+pub struct Sphere;
+
+impl Kind for Sphere {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
         name: "sphere",
         summary: "A sphere; an exact ellipsoid under any other affine map.",
         params: &[
-            Param::new("center", Kind::Point, "0, 0, 0", "the centre"),
-            Param::new("radius", Kind::Float, "1", "the radius").within(Range::POSITIVE),
+            CENTER,
+            Param::new("radius", ParamKind::Float, "1", "the radius").within(Range::POSITIVE),
             super::TO_WORLD,
             super::FLIP_NORMALS,
         ],
@@ -46,14 +69,50 @@ impl Described for Sphere {
         ],
     };
 
+    fn radii(params: &Params<'_>) -> Result<DVec3, SceneError> {
+        params.float("radius").map(DVec3::splat)
+    }
+}
+
+/// By three radii.
+#[derive(Clone, Debug)]
+pub struct Ellipsoid;
+
+impl Kind for Ellipsoid {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Shape,
+        name: "ellipsoid",
+        summary: "An ellipsoid whose axes are those of its space.",
+        params: &[
+            CENTER,
+            Param::new("radii", ParamKind::Point, "1, 1, 1", "half the axes along x, y and z").within(Range::POSITIVE),
+            super::TO_WORLD,
+            super::FLIP_NORMALS,
+        ],
+        examples: &[
+            r#"<shape type="ellipsoid"><vector name="radii" x="1.2" y="0.8" z="0.5"/></shape>"#,
+            r#"<shape type="ellipsoid"><point name="center" x="-1" y="0.5" z="2"/><vector name="radii" x="0.4" y="1.5" z="0.9"/>
+                <transform name="to_world"><rotate y="1" angle="-50"/><scale x="1.3" y="0.9" z="1.1"/></transform></shape>"#,
+        ],
+        evidence: &["shape/*", "shape/line-volume", "shape/mean-chord", "optics/mirrors"],
+    };
+
+    fn radii(params: &Params<'_>) -> Result<DVec3, SceneError> {
+        params.point("radii")
+    }
+}
+
+impl<K: Kind> Described for Spheroid<K> {
+    const PLUGIN: Plugin = K::PLUGIN;
+
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
-        let radius = DVec3::splat(params.float("radius")?);
-        let canonical = DAffine3::from_translation(params.point("center")?) * DAffine3::from_scale(radius);
+        let canonical =
+            DAffine3::from_translation(params.point(CENTER.name)?) * DAffine3::from_scale(K::radii(params)?);
         Ok(Self::new(Affine::read(params, canonical)?))
     }
 }
 
-impl Sphere {
+impl<K> Spheroid<K> {
     fn new(affine: Affine) -> Self {
         let axes = affine.to_world.matrix3;
         let gram = axes.transpose() * axes;
@@ -62,7 +121,24 @@ impl Sphere {
             .to_cols_array()
             .iter()
             .all(|entry| entry.abs() <= 1e-12 * squared);
-        Self { radius: is_similarity.then(|| squared.sqrt()), affine }
+        Self { radius: is_similarity.then(|| squared.sqrt()), affine, kind: PhantomData }
+    }
+
+    /// Where the line of a ray meets it, in order.
+    #[inline]
+    fn roots(&self, ray: &Ray) -> Option<[f64; 2]> {
+        let Ray { origin: o, direction: d, .. } = self.affine.ray(ray);
+        let a = d.length_squared();
+        let half_b = o.dot(d);
+        // The discriminant through the point of the line that is nearest to the centre, which loses no digits when
+        // the origin is far away. Hearn and Baker; Haines et al. 2019, "Precision Improvements for Ray/Sphere
+        // Intersection", Ray Tracing Gems, chapter 7.
+        let nearest = o - (half_b / a) * d;
+        let inside = 1.0 - nearest.length_squared();
+        if inside < 0.0 {
+            return None;
+        }
+        roots::from_root(a, 2.0 * half_b, o.length_squared() - 1.0, 2.0 * (a * inside).sqrt())
     }
 
     fn centre(&self) -> DVec3 {
@@ -93,7 +169,7 @@ struct Cap {
     one_minus_cos: f64,
 }
 
-impl Model for Sphere {
+impl<K: Kind> Model for Spheroid<K> {
     fn bounds(&self) -> Aabb {
         // The image of the unit ball reaches as far along an axis as that row of the matrix is long.
         let rows = self.affine.to_world.matrix3.transpose();
@@ -102,21 +178,18 @@ impl Model for Sphere {
     }
 
     fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        let Ray { origin: o, direction: d, .. } = self.affine.ray(ray);
-        let a = d.length_squared();
-        let half_b = o.dot(d);
-        // The discriminant through the point of the line that is nearest to the centre, which loses no digits when
-        // the origin is far away. Hearn and Baker; Haines et al. 2019, "Precision Improvements for Ray/Sphere
-        // Intersection", Ray Tracing Gems, chapter 7.
-        let nearest = o - (half_b / a) * d;
-        let inside = 1.0 - nearest.length_squared();
-        if inside < 0.0 {
-            return None;
-        }
-        let root = 2.0 * (a * inside).sqrt();
-        let [first, second] = roots::from_root(a, 2.0 * half_b, o.length_squared() - 1.0, root)?;
+        let [first, second] = self.roots(ray)?;
         let t = if ray.contains(first) { first } else { second };
-        ray.contains(t).then_some(Hit { t, primitive: 0, coordinates: DVec2::ZERO })
+        ray.contains(t).then_some(Hit::new(t, 0, DVec2::ZERO))
+    }
+
+    fn check_solid(&self) -> Result<(), String> {
+        Ok(())
+    }
+
+    #[inline]
+    fn cross(&self, line: &Line) -> Crossings {
+        self.roots(&line.ray).into_iter().flatten().map(|t| Hit::new(t, 0, DVec2::ZERO)).collect()
     }
 
     /// As in Mitsuba, whose sphere does not keep its normals in a mirror, unlike its other shapes.
@@ -178,7 +251,7 @@ mod tests {
 
     #[test]
     fn a_hit_from_a_hundred_radii_away_keeps_its_digits() {
-        let sphere = Sphere::new(Affine::new(DAffine3::IDENTITY));
+        let sphere = Spheroid::<Sphere>::new(Affine::new(DAffine3::IDENTITY));
         let ray = Ray::new(DVec3::new(0.3, 0.4, 100.0), DVec3::NEG_Z);
         let hit = sphere.intersect(&ray).expect("the ray goes through");
         let exact = 100.0 - 0.75_f64.sqrt();
@@ -187,7 +260,7 @@ mod tests {
 
     #[test]
     fn from_inside_the_far_side_is_hit() {
-        let sphere = Sphere::new(Affine::new(DAffine3::from_scale(DVec3::splat(2.0))));
+        let sphere = Spheroid::<Sphere>::new(Affine::new(DAffine3::from_scale(DVec3::splat(2.0))));
         let hit = sphere.intersect(&Ray::leaving(DVec3::new(0.5, 0.0, 0.0), DVec3::X)).expect("a hit");
         assert!((hit.t - 1.5).abs() < 1e-15);
     }

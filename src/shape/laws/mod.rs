@@ -12,7 +12,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
-use subjects::{Known, Subject, subjects};
+use subjects::{Subject, subjects};
 
 use super::{Drawn, Model as _, Shapes, Surface};
 use crate::{
@@ -92,6 +92,11 @@ pub const LAWS: &[Law] = &[
         check: mean_chord,
     },
 ];
+
+/// The subjects that can be lights.
+fn shining() -> Vec<Subject> {
+    subjects().into_iter().filter(|subject| subject.shape.cannot_shine().is_none()).collect()
+}
 
 /// Notes errors at the crossings of many lines.
 fn for_crossings(seed: u64, effort: Effort, mut visit: impl FnMut(&Subject, &Ray, &[(f64, Surface)])) {
@@ -188,8 +193,10 @@ fn texture_coordinates(effort: Effort) -> Vec<Finding> {
                 note(&subject.name, apart.min((1.0 - apart).abs()).max_element());
             };
             crossings.iter().for_each(|(_, surface)| compare(surface.p, surface.uv));
-            let drawn = subject.shape.sample_area(stream.next_2d());
-            compare(drawn.p, drawn.uv);
+            if subject.shape.cannot_shine().is_none() {
+                let drawn = subject.shape.sample_area(stream.next_2d());
+                compare(drawn.p, drawn.uv);
+            }
         });
     })
 }
@@ -227,7 +234,7 @@ fn polynomials(p: DVec3) -> [f64; 10] {
 
 fn area_density(effort: Effort) -> Vec<Finding> {
     let samples = effort.samples(30_000);
-    subjects().iter().flat_map(|subject| area_of(subject, samples)).collect()
+    shining().iter().flat_map(|subject| area_of(subject, samples)).collect()
 }
 
 fn area_of(subject: &Subject, samples: u32) -> Vec<Finding> {
@@ -248,25 +255,25 @@ fn area_of(subject: &Subject, samples: u32) -> Vec<Finding> {
     }
     let name = |i: usize| format!("{}, {}", subject.name, ["1", "x", "y", "z", "x²", "y²", "z²", "xy", "yz", "zx"][i]);
     let mut findings: Vec<_> = (0..10).map(|i| Finding::equal_means(name(i), &by_draws[i], &by_lines[i])).collect();
-    if let Some(known) = &subject.known {
-        findings.push(Finding::mean(format!("{}, area by lines", subject.name), &by_lines[0], known.area));
-        findings.push(area_by_draws(subject, known, &by_draws[0]));
+    if let Some(area) = subject.known.as_ref().and_then(|known| known.area) {
+        findings.push(Finding::mean(format!("{}, area by lines", subject.name), &by_lines[0], area));
+        findings.push(area_by_draws(subject, area, &by_draws[0]));
     }
     findings
 }
 
 /// Where all points are equally dense, one draw tells the area.
-fn area_by_draws(subject: &Subject, known: &Known, draws: &Moments) -> Finding {
+fn area_by_draws(subject: &Subject, area: f64, draws: &Moments) -> Finding {
     let name = format!("{}, area by draws", subject.name);
     if draws.m2 <= 1e-16 * draws.mean * draws.mean {
-        return Finding::value(name, draws.mean, known.area, 2e-6 * known.area);
+        return Finding::value(name, draws.mean, area, 2e-6 * area);
     }
-    Finding::mean(name, draws, known.area)
+    Finding::mean(name, draws, area)
 }
 
 fn drawn_points(effort: Effort) -> Vec<Finding> {
     worst(1e-6, |note| {
-        for subject in &subjects() {
+        for subject in &shining() {
             let (_, radius) = subject.ball();
             let mut stream = Stream::at(&[26]);
             for _ in 0..effort.samples(2000) {
@@ -298,7 +305,7 @@ const VIEWPOINTS: [DVec3; 3] = [DVec3::new(0.3, -0.2, 1.1), DVec3::new(-1.5, 0.4
 fn density_towards(effort: Effort) -> Vec<Finding> {
     let samples = effort.samples(20_000);
     let mut findings = Vec::new();
-    for subject in &subjects() {
+    for subject in &shining() {
         let (centre, radius) = subject.ball();
         for (i, viewpoint) in VIEWPOINTS.into_iter().enumerate() {
             findings.extend(seen_from(subject, &format!("view {}", i + 1), centre + radius * viewpoint, samples));
@@ -403,14 +410,15 @@ fn mean_chord(effort: Effort) -> Vec<Finding> {
     let mut findings = Vec::new();
     for subject in &subjects() {
         let Some((known, volume)) = subject.closed().filter(|(known, _)| known.convex) else { continue };
+        let area = known.area.expect("that of closed shapes is known");
         let mut stream = Stream::at(&[29]);
         let lines = (0..samples).map(|_| subject.line(&mut stream));
         let chords = lines.map(|ray| chord(&ray, &subject.crossings(&ray))).filter(|chord| *chord > 0.0);
-        findings.push(Finding::mean(subject.name.clone(), &chords.collect(), 4.0 * volume / known.area));
+        findings.push(Finding::mean(subject.name.clone(), &chords.collect(), 4.0 * volume / area));
         if subject.name == "sphere #2" {
             // By elliptic integrals, to 9 digits.
-            findings.push(Finding::value("ellipsoid, area", known.area, 8.512_099_114, 1e-5));
-            findings.push(Finding::value("ellipsoid, 4 V / S", 4.0 * volume / known.area, 0.944_828_894, 2e-6));
+            findings.push(Finding::value("ellipsoid, area", area, 8.512_099_114, 1e-5));
+            findings.push(Finding::value("ellipsoid, 4 V / S", 4.0 * volume / area, 0.944_828_894, 2e-6));
         }
     }
     findings

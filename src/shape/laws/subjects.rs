@@ -6,7 +6,7 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use crate::{
     math::{Frame, Ray, rng::Stream, warp},
-    node::{Document, Params, xml},
+    node::{Category, Document, Params, xml},
     shape::{
         Form, Model as _, Shape, Surface,
         mesh::{Mesh, MeshData, Ply},
@@ -27,7 +27,8 @@ pub(super) struct Known {
     pub(super) equation: Box<dyn Fn(DVec3) -> f64>,
     /// The texture coordinates at a point, if they have a formula.
     pub(super) uv: Option<Box<dyn Fn(DVec3) -> DVec2>>,
-    pub(super) area: f64,
+    /// The area, if it has a formula.
+    pub(super) area: Option<f64>,
     /// Of what it encloses, if it is closed.
     pub(super) volume: Option<f64>,
     pub(super) convex: bool,
@@ -51,59 +52,174 @@ fn from_example(name: String, document: &Document) -> Subject {
 
 /// From the parameters alone, anew.
 fn known(params: &Params<'_>) -> Option<Known> {
-    let float = |name| params.float(name).expect("examples are valid");
-    let point = |name| params.point(name).expect("examples are valid");
     let to_world = params.transform("to_world").expect("examples are valid");
-    let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| to_world.transform_vector3(axis));
-    let volume = |map: DAffine3| map.matrix3.determinant().abs();
     Some(match params.plugin().name {
-        "sphere" => {
-            let map = to_world
-                * DAffine3::from_translation(point("center"))
-                * DAffine3::from_scale(DVec3::splat(float("radius")));
-            let equation = |p: DVec3| (p.length() - 1.0).abs();
-            Known {
-                equation: local(map, equation),
-                uv: Some(local(map, |p: DVec3| DVec2::new(azimuth(p), p.z.clamp(-1.0, 1.0).acos() / PI))),
-                area: ellipsoid_area(&map),
-                volume: Some(4.0 / 3.0 * PI * volume(map)),
-                convex: true,
-            }
-        }
-        "cube" => {
-            let area = 8.0 * (x.cross(y).length() + y.cross(z).length() + z.cross(x).length());
-            let equation = |p: DVec3| (p.abs().max_element() - 1.0).abs();
-            Known {
-                equation: local(to_world, equation),
-                uv: Some(local(to_world, cube_uv)),
-                area,
-                volume: Some(8.0 * volume(to_world)),
-                convex: true,
-            }
-        }
+        "sphere" => ellipsoid(params, to_world, DVec3::splat(float(params, "radius"))),
+        "ellipsoid" => ellipsoid(params, to_world, point(params, "radii")),
+        "cube" => cube(to_world),
         "rectangle" => {
             let equation = |p: DVec3| p.z.abs() + (p.x.abs() - 1.0).max(0.0) + (p.y.abs() - 1.0).max(0.0);
-            open(to_world, equation, |p| 0.5 * (p.truncate() + 1.0), 4.0 * x.cross(y).length())
+            open(to_world, equation, |p| 0.5 * (p.truncate() + 1.0), 4.0 * parallelogram(&to_world))
         }
         "disk" => {
             let equation = |p: DVec3| p.z.abs() + (p.truncate().length() - 1.0).max(0.0);
             let uv = |p: DVec3| DVec2::new(p.truncate().length(), azimuth(p));
-            open(to_world, equation, uv, PI * x.cross(y).length())
+            open(to_world, equation, uv, PI * parallelogram(&to_world))
         }
+        "plane" => Known { area: None, ..open(to_world, |p| p.z.abs(), DVec3::truncate, 0.0) },
         "cylinder" => {
-            let (p0, axis) = (point("p0"), point("p1") - point("p0"));
+            let (p0, axis) = (point(params, "p0"), point(params, "p1") - point(params, "p0"));
             let (s, t) = axis.normalize().any_orthonormal_pair();
-            let matrix3 = DMat3::from_cols(float("radius") * s, float("radius") * t, axis);
-            let map = to_world * DAffine3 { matrix3, translation: p0 };
-            let equation = |p: DVec3| (p.truncate().length() - 1.0).abs() + (-p.z).max(p.z - 1.0).max(0.0);
-            open(map, equation, |p| DVec2::new(azimuth(p), p.z), mantle_area(&map))
+            let radius = float(params, "radius");
+            let map = to_world * DAffine3 { matrix3: DMat3::from_cols(radius * s, radius * t, axis), translation: p0 };
+            let area = revolved_area(&map, [0.0, 1.0], |z| DVec2::new(1.0, z));
+            around_z(map, [0.0, 1.0], |z| 1.0 + 0.0 * z, area)
         }
+        "cone" => {
+            let map = to_world * stretch(float(params, "radius"), float(params, "height"));
+            let area = revolved_area(&map, [0.0, 1.0], |z| DVec2::new(1.0 - z, z));
+            around_z(map, [0.0, 1.0], |z| (1.0 - z).powi(2), area)
+        }
+        "paraboloid" => {
+            let map = to_world * stretch(float(params, "radius"), float(params, "height"));
+            let area = revolved_area(&map, [0.0, 1.0], |r| DVec2::new(r, r * r));
+            around_z(map, [0.0, 1.0], |z| z, area)
+        }
+        "hyperboloid" => hyperboloid(params, to_world),
+        "quadric" => quadric(params, to_world),
+        "triangle" => triangle(params, to_world),
+        "csg" => two_spheres(params, to_world),
         _ => return None,
     })
 }
 
+fn float(params: &Params<'_>, name: &str) -> f64 {
+    params.float(name).expect("examples are valid")
+}
+
+fn point(params: &Params<'_>, name: &str) -> DVec3 {
+    params.point(name).expect("examples are valid")
+}
+
+fn volume_scale(map: &DAffine3) -> f64 {
+    map.matrix3.determinant().abs()
+}
+
+/// The area of the image of the unit square in x and y.
+fn parallelogram(map: &DAffine3) -> f64 {
+    map.matrix3.x_axis.cross(map.matrix3.y_axis).length()
+}
+
+fn stretch(radius: f64, height: f64) -> DAffine3 {
+    DAffine3::from_scale(DVec3::new(radius, radius, height))
+}
+
+fn ellipsoid(params: &Params<'_>, to_world: DAffine3, radii: DVec3) -> Known {
+    let map = to_world * DAffine3::from_translation(point(params, "center")) * DAffine3::from_scale(radii);
+    Known {
+        equation: local(map, |p: DVec3| (p.length() - 1.0).abs()),
+        uv: Some(local(map, |p: DVec3| DVec2::new(azimuth(p), p.z.clamp(-1.0, 1.0).acos() / PI))),
+        area: Some(revolved_area(&map, [0.0, PI], |theta| DVec2::new(theta.sin(), theta.cos()))),
+        volume: Some(4.0 / 3.0 * PI * volume_scale(&map)),
+        convex: true,
+    }
+}
+
+fn cube(to_world: DAffine3) -> Known {
+    let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| to_world.transform_vector3(axis));
+    Known {
+        equation: local(to_world, |p: DVec3| (p.abs().max_element() - 1.0).abs()),
+        uv: Some(local(to_world, cube_uv)),
+        area: Some(8.0 * (x.cross(y).length() + y.cross(z).length() + z.cross(x).length())),
+        volume: Some(8.0 * volume_scale(&to_world)),
+        convex: true,
+    }
+}
+
 fn open(map: DAffine3, equation: fn(DVec3) -> f64, uv: fn(DVec3) -> DVec2, area: f64) -> Known {
-    Known { equation: local(map, equation), uv: Some(local(map, uv)), area, volume: None, convex: false }
+    Known { equation: local(map, equation), uv: Some(local(map, uv)), area: Some(area), volume: None, convex: false }
+}
+
+/// An open surface around the z axis with a radius at each height, given squared.
+fn around_z(map: DAffine3, [from, to]: [f64; 2], radius_squared: fn(f64) -> f64, area: f64) -> Known {
+    let inverse = map.inverse();
+    let equation = move |p: DVec3| {
+        let p = inverse.transform_point3(p);
+        let beside = p.truncate().length_squared() - radius_squared(p.z);
+        beside.abs() + (from - p.z).max(p.z - to).max(0.0)
+    };
+    let uv = move |p: DVec3| {
+        let p = inverse.transform_point3(p);
+        DVec2::new(azimuth(p), (p.z - from) / (to - from))
+    };
+    Known { equation: Box::new(equation), uv: Some(Box::new(uv)), area: Some(area), volume: None, convex: false }
+}
+
+fn hyperboloid(params: &Params<'_>, to_world: DAffine3) -> Known {
+    let axis = float(params, "axis");
+    let map = to_world * stretch(float(params, "radius"), axis);
+    let [low, high] = ["z_min", "z_max"].map(|name| float(params, name) / axis);
+    if params.integer("sheets").expect("examples are valid") == 1 {
+        let area = revolved_area(&map, [low.asinh(), high.asinh()], |s| DVec2::new(s.cosh(), s.sinh()));
+        return around_z(map, [low, high], |z| 1.0 + z * z, area);
+    }
+    // The example has both sheets.
+    let lower = revolved_area(&map, [0.0, (-low).acosh()], |s| DVec2::new(s.sinh(), -s.cosh()));
+    let upper = revolved_area(&map, [0.0, high.acosh()], |s| DVec2::new(s.sinh(), s.cosh()));
+    around_z(map, [low, high], |z| z * z - 1.0, lower + upper)
+}
+
+fn quadric(params: &Params<'_>, to_world: DAffine3) -> Known {
+    let c = params.numbers("coefficients").expect("examples are valid");
+    let (low, high) = (point(params, "bbox_min"), point(params, "bbox_max"));
+    let inverse = to_world.inverse();
+    let equation = move |p: DVec3| {
+        let p = inverse.transform_point3(p);
+        let DVec3 { x, y, z } = p;
+        let squares = c[0] * x * x + c[1] * y * y + c[2] * z * z + c[3] * x * y + c[4] * x * z + c[5] * y * z;
+        let value: f64 = squares + c[6] * x + c[7] * y + c[8] * z + c[9];
+        value.abs() + (low - p).max(p - high).max_element().max(0.0)
+    };
+    let uv = local(to_world, DVec3::truncate);
+    Known { equation: Box::new(equation), uv: Some(uv), area: None, volume: None, convex: false }
+}
+
+fn triangle(params: &Params<'_>, to_world: DAffine3) -> Known {
+    let corners = ["p0", "p1", "p2"].map(|name| to_world.transform_point3(point(params, name)));
+    let [a, b, c] = corners;
+    let area = 0.5 * (b - a).cross(c - a).length();
+    let equation = Box::new(move |p| beside(&corners, p));
+    Known { equation, uv: None, area: Some(area), volume: None, convex: false }
+}
+
+/// Two spheres of which the first has radius 1 and is at the origin and the second lies along x.
+fn two_spheres(params: &Params<'_>, to_world: DAffine3) -> Known {
+    let children = params.children(Category::Shape);
+    let second = Shape::params(params.document(), children[1]).expect("examples are valid");
+    let (centre, r) = (point(&second, "center"), float(&second, "radius"));
+    let d = centre.length();
+    // Heights of the caps that the plane of the common circle cuts off.
+    let x = (d * d + 1.0 - r * r) / (2.0 * d);
+    let (h, k) = (1.0 - x, r - (d - x));
+    let cap_volume = |r: f64, h: f64| PI * h * h * (r - h / 3.0);
+    let (volumes, areas) = ([4.0 / 3.0 * PI, 4.0 / 3.0 * PI * r.powi(3)], [4.0 * PI, 4.0 * PI * r * r]);
+    let lens = cap_volume(1.0, h) + cap_volume(r, k);
+    let (inner, outer) = (TAU * h, TAU * r * k);
+    let (volume, area) = match params.string("operation").expect("examples are valid") {
+        "union" => (volumes[0] + volumes[1] - lens, areas[0] + areas[1] - inner - outer),
+        "intersection" => (lens, inner + outer),
+        _ => (volumes[0] - lens, areas[0] - inner + outer),
+    };
+    // The map of the example that has one is a similarity.
+    let scale = volume_scale(&to_world);
+    let inverse = to_world.inverse();
+    let equation = move |p: DVec3| {
+        let p = inverse.transform_point3(p);
+        (p.length() - 1.0).abs().min((p.distance(centre) - r).abs())
+    };
+    let convex = params.string("operation").is_ok_and(|operation| operation == "intersection");
+    let (area, volume) = (Some(area * scale.cbrt().powi(2)), Some(volume * scale));
+    Known { equation: Box::new(equation), uv: None, area, volume, convex }
 }
 
 /// A function of points in the space that a map takes to the world, as one of points in the world.
@@ -131,26 +247,21 @@ fn cube_uv(p: DVec3) -> DVec2 {
     0.5 * (DVec2::new(u, v) + 1.0)
 }
 
-/// `∫ |∂θ p × ∂φ p| dθ dφ` by the midpoint rule, good to 1e-6.
-fn ellipsoid_area(map: &DAffine3) -> f64 {
+/// The area of what a curve (radius, height) becomes when it turns around z and is mapped: `∫ |∂s p × ∂φ p| ds dφ` by the
+/// midpoint rule, good to 1e-6.
+fn revolved_area(map: &DAffine3, [from, to]: [f64; 2], curve: fn(f64) -> DVec2) -> f64 {
     const N: (usize, usize) = (1000, 128);
     let cell = |i: usize, j: usize| {
-        let (theta, phi) = (PI * (i as f64 + 0.5) / N.0 as f64, TAU * j as f64 / N.1 as f64);
-        let ((st, ct), (sp, cp)) = (theta.sin_cos(), phi.sin_cos());
-        let along = map.transform_vector3(DVec3::new(ct * cp, ct * sp, -st));
-        let around = map.transform_vector3(DVec3::new(-st * sp, st * cp, 0.0));
+        let s = from + (to - from) * (i as f64 + 0.5) / N.0 as f64;
+        let (sin, cos) = (TAU * j as f64 / N.1 as f64).sin_cos();
+        let (radius, step) = (curve(s).x, 1e-6 * (to - from));
+        let slope = (curve(s + step) - curve(s - step)) / (2.0 * step);
+        let along = map.transform_vector3(DVec3::new(slope.x * cos, slope.x * sin, slope.y));
+        let around = map.transform_vector3(radius * DVec3::new(-sin, cos, 0.0));
         along.cross(around).length()
     };
     let sum: f64 = (0..N.0 * N.1).map(|k| cell(k / N.1, k % N.1)).sum();
-    sum * PI * TAU / (N.0 * N.1) as f64
-}
-
-/// Likewise; the midpoint rule is exact to rounding for a periodic function.
-fn mantle_area(map: &DAffine3) -> f64 {
-    const N: usize = 512;
-    let along = map.transform_vector3(DVec3::Z);
-    let around = |phi: f64| map.transform_vector3(DVec3::new(-phi.sin(), phi.cos(), 0.0));
-    (0..N).map(|j| around(TAU * j as f64 / N as f64).cross(along).length()).sum::<f64>() * TAU / N as f64
+    sum * (to - from) * TAU / (N.0 * N.1) as f64
 }
 
 /// Closed meshes: a convex one and one with a hole, flat and smooth.
@@ -200,13 +311,13 @@ fn mesh(name: &str, data: MeshData, to_world: &DAffine3, face_normals: bool, con
         to_world.transform_point3(p).as_vec3().as_dvec3()
     };
     let triangles: Vec<[DVec3; 3]> = data.triangles.iter().map(|corners| corners.map(position)).collect();
-    let area = triangles.iter().map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum();
+    let area: f64 = triangles.iter().map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum();
     // Gauss's theorem: the sum of the signed volumes of tetrahedra with a common apex.
     let volume = triangles.iter().map(|[a, b, c]| a.dot(b.cross(*c)) / 6.0).sum();
     let equation =
         Box::new(move |p| triangles.iter().map(|triangle| beside(triangle, p)).fold(f64::INFINITY, f64::min));
     let form = Form::Ply(Mesh::<Ply>::new(data, to_world, face_normals));
-    let known = Known { equation, uv: None, area, volume: Some(volume), convex };
+    let known = Known { equation, uv: None, area: Some(area), volume: Some(volume), convex };
     Subject { name: name.to_owned(), shape: Shape { form, flipped: false }, known: Some(known) }
 }
 
@@ -222,7 +333,7 @@ impl Subject {
     /// The ball around it through which lines are laid.
     pub(super) fn ball(&self) -> (DVec3, f64) {
         let (centre, radius) = self.shape.bounds().bounding_sphere();
-        (centre, 1.01 * radius)
+        if radius.is_finite() { (centre, 1.01 * radius) } else { BALL }
     }
 
     /// A line through the ball, uniform and isotropic, as a ray from outside with a direction of some length.
@@ -258,6 +369,9 @@ impl Subject {
         if self.shape.flipped { -1.0 } else { 1.0 }
     }
 }
+
+/// A ball that an infinite shape passes through.
+const BALL: (DVec3, f64) = (DVec3::new(0.3, -0.2, 0.1), 2.0);
 
 /// Lengths of directions: the parameter of a ray is not a distance.
 const LENGTHS: [f64; 4] = [1.0, 0.01, 7.3, 1e4];

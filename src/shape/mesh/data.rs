@@ -147,6 +147,25 @@ pub enum MeshFault {
         /// The number of vertices.
         vertices: usize,
     },
+    /// Indices from 0 to the number of vertices, which no base fits.
+    #[error("the indices of the faces include both 0 and {vertices}, the number of vertices: they fit no base")]
+    TwoBases {
+        /// The number of vertices.
+        vertices: usize,
+    },
+    /// Indices that do not show what they count from.
+    #[error(
+        "the indices of the faces go from {least} to {greatest} for {vertices} vertices, which does not show whether they \
+         count from 0 or 1: set index_base to 0 or 1"
+    )]
+    AmbiguousBase {
+        /// The least index.
+        least: i64,
+        /// The greatest.
+        greatest: i64,
+        /// The number of vertices.
+        vertices: usize,
+    },
     /// A face with fewer than three corners.
     #[error("face {face} (counted from 0) has {corners} corners, a face needs 3 or more")]
     Corners {

@@ -1,37 +1,41 @@
 //! Triangle meshes from files.
 
 mod data;
+mod kcply;
 pub mod laws;
 mod normals;
 mod obj;
 mod ply;
+mod solid;
 mod triangles;
 
 pub use data::{MeshData, MeshError, MeshFault};
+pub use kcply::{IndexBase, read_kcply};
 pub use obj::read_obj;
 pub use ply::read_ply;
+pub use solid::OpenEdges;
 pub use triangles::{Shear, TriangleHit, Triangles};
 
-use std::{marker::PhantomData, path::Path};
+use std::marker::PhantomData;
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Drawn, Hit, Model, Surface, bvh::Bvh};
+use super::{Crossings, Drawn, Hit, Line, Model, Surface, bvh::Bvh};
 use crate::{
     math::{Aabb, Frame, PerArea, Ray, warp},
     node::{Category, Described, Kind, Param, Params, Plugin, SceneError},
 };
 
-/// A file format that holds triangles.
+/// A way to give triangles in a scene.
 pub trait Format: Clone + std::fmt::Debug {
     /// The manual page of its plugin.
     const PLUGIN: Plugin;
 
-    /// Reads a file.
+    /// The triangles, in the shape's space.
     ///
     /// # Errors
-    /// If it cannot be read or is not a valid mesh.
-    fn load(path: &Path, flip_tex_coords: bool) -> Result<MeshData, MeshError>;
+    /// If a file cannot be read or is not a valid mesh.
+    fn load(params: &Params<'_>) -> Result<MeshData, SceneError>;
 }
 
 /// The Stanford polygon format.
@@ -42,9 +46,31 @@ pub struct Ply;
 #[derive(Clone, Debug)]
 pub struct Obj;
 
+/// A text of triangles.
+#[derive(Clone, Debug)]
+pub struct Kcply;
+
+/// A single triangle. Its corners are rounded to single precision, as those of all meshes.
+#[derive(Clone, Debug)]
+pub struct Triangle;
+
 const FILENAME: Param = Param::required("filename", Kind::File, "the file, relative to the scene's");
 const FACE_NORMALS: Param =
     Param::new("face_normals", Kind::Boolean, "false", "whether triangles look flat, whatever normals the file has");
+const ALLOW_OPEN: Param = Param::new(
+    "allow_open",
+    Kind::Boolean,
+    "false",
+    "whether glass on it may have an edge, as the surface of a lake has",
+);
+
+/// The triangles of a file that a function reads.
+fn from_file(
+    params: &Params<'_>,
+    read: impl FnOnce(&std::path::Path) -> Result<MeshData, MeshError>,
+) -> Result<MeshData, SceneError> {
+    read(&params.file(FILENAME.name)?).map_err(|error| params.error(FILENAME.name, error.to_string()))
+}
 
 impl Format for Ply {
     const PLUGIN: Plugin = Plugin {
@@ -55,6 +81,7 @@ impl Format for Ply {
             FILENAME,
             FACE_NORMALS,
             Param::new("flip_tex_coords", Kind::Boolean, "false", "whether v counts from the other end"),
+            ALLOW_OPEN,
             super::TO_WORLD,
             super::FLIP_NORMALS,
         ],
@@ -62,8 +89,9 @@ impl Format for Ply {
         evidence: &["mesh/round-trip", "mesh/shading-normals", "shape/*", "reference/mesh-lamp"],
     };
 
-    fn load(path: &Path, flip_tex_coords: bool) -> Result<MeshData, MeshError> {
-        read_ply(path, flip_tex_coords)
+    fn load(params: &Params<'_>) -> Result<MeshData, SceneError> {
+        let flip_tex_coords = params.boolean("flip_tex_coords")?;
+        from_file(params, |path| read_ply(path, flip_tex_coords))
     }
 }
 
@@ -76,6 +104,7 @@ impl Format for Obj {
             FILENAME,
             FACE_NORMALS,
             Param::new("flip_tex_coords", Kind::Boolean, "true", "whether v counts from the other end"),
+            ALLOW_OPEN,
             super::TO_WORLD,
             super::FLIP_NORMALS,
         ],
@@ -83,8 +112,74 @@ impl Format for Obj {
         evidence: &["mesh/round-trip", "mesh/shading-normals", "shape/*", "reference/faceted-and-smooth"],
     };
 
-    fn load(path: &Path, flip_tex_coords: bool) -> Result<MeshData, MeshError> {
-        read_obj(path, flip_tex_coords)
+    fn load(params: &Params<'_>) -> Result<MeshData, SceneError> {
+        let flip_tex_coords = params.boolean("flip_tex_coords")?;
+        from_file(params, |path| read_obj(path, flip_tex_coords))
+    }
+}
+
+impl Format for Kcply {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Shape,
+        name: "kcply",
+        summary: "A mesh from a kcply file: a text of vertices and triangles.",
+        params: &[
+            FILENAME,
+            Param::new("index_base", Kind::Choice(&["auto", "0", "1"]), "auto", "the number of the first vertex"),
+            FACE_NORMALS,
+            ALLOW_OPEN,
+            super::TO_WORLD,
+            super::FLIP_NORMALS,
+        ],
+        examples: &[],
+        evidence: &["mesh/round-trip", "mesh/shading-normals", "shape/*", "reference/figure-1-teapots"],
+    };
+
+    fn load(params: &Params<'_>) -> Result<MeshData, SceneError> {
+        let base = match params.string("index_base")? {
+            "0" => IndexBase::Zero,
+            "1" => IndexBase::One,
+            _ => IndexBase::Auto,
+        };
+        from_file(params, |path| read_kcply(path, base))
+    }
+}
+
+impl Format for Triangle {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Shape,
+        name: "triangle",
+        summary: "One triangle, its front where its corners go anticlockwise; smooth if it has normals.",
+        params: &[
+            Param::required("p0", Kind::Point, "the first corner"),
+            Param::required("p1", Kind::Point, "the second corner"),
+            Param::required("p2", Kind::Point, "the third corner"),
+            Param::optional("n0", Kind::Point, "that of the triangle", "the normal at the first corner"),
+            Param::optional("n1", Kind::Point, "that of the triangle", "the normal at the second corner"),
+            Param::optional("n2", Kind::Point, "that of the triangle", "the normal at the third corner"),
+            super::TO_WORLD,
+            super::FLIP_NORMALS,
+        ],
+        examples: &[
+            r#"<shape type="triangle"><point name="p0" x="0" y="0" z="0"/><point name="p1" x="2" y="0" z="0.5"/>
+                <point name="p2" x="0.5" y="1.5" z="0"/></shape>"#,
+            r#"<shape type="triangle"><point name="p0" x="-1" y="0" z="0"/><point name="p1" x="1" y="0" z="0.5"/>
+                <point name="p2" x="0" y="1.5" z="0"/><vector name="n0" x="-1" y="-1" z="2"/><vector name="n1" x="1" y="-1" z="2"/>
+                <vector name="n2" x="0" y="1" z="3"/><transform name="to_world"><scale x="1" y="2" z="0.5"/></transform></shape>"#,
+        ],
+        evidence: &["mesh/shading-normals", "shape/*", "reference/quadrics"],
+    };
+
+    fn load(params: &Params<'_>) -> Result<MeshData, SceneError> {
+        let corners = [params.point("p0")?, params.point("p1")?, params.point("p2")?];
+        let given = [params.optional_point("n0")?, params.optional_point("n1")?, params.optional_point("n2")?];
+        let normals = match given {
+            [None, None, None] => None,
+            [Some(a), Some(b), Some(c)] => Some([a, b, c].map(narrow).to_vec()),
+            _ => return Err(params.error("n0", "a triangle has normals at all corners or at none")),
+        };
+        let data = MeshData::new(corners.map(narrow).to_vec(), normals, None, vec![[0, 1, 2]]);
+        data.map_err(|fault| params.error("p0", fault.to_string()))
     }
 }
 
@@ -99,6 +194,10 @@ pub struct Mesh<F> {
     /// The area of all triangles up to and including each.
     cumulative_area: Vec<f64>,
     dropped: usize,
+    /// Of a closed mesh, 1 if the corners of its triangles turn anticlockwise from outside, else -1.
+    outward: f64,
+    /// Whether glass on it may have an edge.
+    allow_open: bool,
     format: PhantomData<F>,
 }
 
@@ -106,11 +205,12 @@ impl<F: Format> Described for Mesh<F> {
     const PLUGIN: Plugin = F::PLUGIN;
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
-        let path = params.file("filename")?;
         let to_world = params.transform(super::TO_WORLD.name)?;
-        let flip_tex_coords = params.boolean("flip_tex_coords")?;
-        let data = F::load(&path, flip_tex_coords).map_err(|error| params.error("filename", error.to_string()))?;
-        Ok(Self::new(data, &to_world, params.boolean("face_normals")?))
+        let has = |param: &Param| F::PLUGIN.params.iter().any(|known| known.name == param.name);
+        let face_normals = has(&FACE_NORMALS) && params.boolean(FACE_NORMALS.name)?;
+        // A single triangle is no solid that somebody forgot to close.
+        let allow_open = !has(&ALLOW_OPEN) || params.boolean(ALLOW_OPEN.name)?;
+        Ok(Self { allow_open, ..Self::new(F::load(params)?, &to_world, face_normals) })
     }
 }
 
@@ -140,7 +240,8 @@ impl<F> Mesh<F> {
                 total
             })
             .collect();
-        Self { triangles, normals, uvs, cumulative_area, dropped, format: PhantomData }
+        let outward = solid::signed_volume(&triangles).signum();
+        Self { triangles, normals, uvs, cumulative_area, dropped, outward, allow_open: false, format: PhantomData }
     }
 
     fn area(&self) -> f64 {
@@ -161,14 +262,14 @@ impl<F> Mesh<F> {
         let shading = smooth.and_then(DVec3::try_normalize).unwrap_or(n);
         // The front is where the file's normals say, whichever way the corners turn, in a mirror too.
         let n = if n.dot(shading) < 0.0 { -n } else { n };
-        Surface { p: mix(corners), n, shading: Frame::from_normal(shading), uv, primitive: triangle }
+        Surface { p: mix(corners), n, shading: Frame::from_normal(shading), uv, primitive: triangle, leaf: 0 }
     }
 }
 
 impl From<TriangleHit> for Hit {
     #[inline]
     fn from(hit: TriangleHit) -> Self {
-        Self { t: hit.t, primitive: hit.triangle, coordinates: DVec2::new(hit.b1, hit.b2) }
+        Self::new(hit.t, hit.triangle, DVec2::new(hit.b1, hit.b2))
     }
 }
 
@@ -219,5 +320,34 @@ impl<F> Model for Mesh<F> {
 
     fn dropped(&self) -> usize {
         self.dropped
+    }
+
+    fn check_solid(&self) -> Result<(), String> {
+        match solid::open_edges(&self.triangles) {
+            Some(edges) => Err(edges.to_string()),
+            None if solid::signed_volume(&self.triangles) == 0.0 => Err("the mesh has no volume".into()),
+            None => Ok(()),
+        }
+    }
+
+    fn cross(&self, line: &Line) -> Crossings {
+        solid::cross(&self.triangles, self.outward, line)
+    }
+
+    fn solid_surface(&self, ray: &Ray, hit: &Hit) -> Surface {
+        let surface = self.surface(ray, hit);
+        let [a, b, c] = self.triangles.triangle(hit.primitive);
+        let outside = self.outward * (b - a).cross(c - a);
+        if surface.n.dot(outside) < 0.0 { surface.flipped() } else { surface }
+    }
+
+    fn edge_distance(&self, surface: &Surface) -> Option<f64> {
+        let [a, b, c] = self.triangles.triangle(surface.primitive);
+        let beside = |p: DVec3, q: DVec3| (q - p).normalize().cross(surface.p - p).length();
+        Some(beside(a, b).min(beside(b, c)).min(beside(c, a)))
+    }
+
+    fn open_edges(&self) -> Option<OpenEdges> {
+        if self.allow_open { None } else { solid::open_edges(&self.triangles) }
     }
 }

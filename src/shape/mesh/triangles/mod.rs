@@ -109,6 +109,16 @@ impl Triangles {
         self.bvh.any_block(ray, |block: u32, ray: &Ray| Some(self.closest_in_block(block, ray, &shear)?.t))
     }
 
+    /// Visits every triangle that the ray meets, in no order.
+    pub fn for_each(&self, ray: &Ray, mut visit: impl FnMut(TriangleHit)) {
+        let shear = Shear::new(ray);
+        self.bvh.closest_block(ray, |block: u32, ray: &Ray| {
+            self.blocks[block as usize].for_each(&shear, ray, &mut visit);
+            // As if nothing had been hit, so that the search goes on.
+            None
+        });
+    }
+
     /// The hierarchy, in whose blocks [`Triangles::closest_in_block`] looks.
     #[must_use]
     pub fn bvh(&self) -> &Bvh {
@@ -202,22 +212,27 @@ impl Block {
 
     #[inline(always)]
     fn closest(&self, shear: &Shear, ray: &Ray) -> Option<TriangleHit> {
+        let mut best: Option<TriangleHit> = None;
+        self.for_each(shear, ray, |hit| {
+            if best.is_none_or(|best| hit.t < best.t) {
+                best = Some(hit);
+            }
+        });
+        best
+    }
+
+    /// Visits the triangles that the ray meets.
+    #[inline(always)]
+    fn for_each(&self, shear: &Shear, ray: &Ray, mut visit: impl FnMut(TriangleHit)) {
         let sheared = self.sheared(shear);
         let mut candidates = sheared.candidates();
-        let mut t_max = ray.t_max;
-        let mut best = None;
         while candidates != 0 {
             let lane = candidates.trailing_zeros() as usize % LANES;
             candidates &= candidates - 1;
-            if let Some(hit) = sheared.hit(lane, shear)
-                && ray.t_min < hit.t
-                && hit.t < t_max
-            {
-                t_max = hit.t;
-                best = Some(TriangleHit { triangle: self.triangles[lane], ..hit });
+            if let Some(hit) = sheared.hit(lane, shear).filter(|hit| ray.contains(hit.t)) {
+                visit(TriangleHit { triangle: self.triangles[lane], ..hit });
             }
         }
-        best
     }
 
     #[inline(always)]

@@ -1,0 +1,195 @@
+use glam::DAffine3;
+
+use super::{Crossings, Form, Hit, Line, Model, Operation, Surface, affine::Affine, solid::combine};
+use crate::{
+    math::{Aabb, Frame, Ray},
+    node::{Category, Described, Kind, ObjectId, Param, Params, Plugin, SceneError},
+};
+
+/// Constructive solid geometry: the union or the intersection of solids, or the first one without all others.
+///
+/// Solids are spheres, ellipsoids, cubes, closed meshes, planes (the half-space below), cylinders and other quadrics
+/// (their ends closed by flat faces), and other csgs, to any depth. One operand alone is its solid, with closed ends.
+/// Normals point out of the result, so that glass is entered and left in turn, and nothing is met within a union. An
+/// operand's own bsdf covers what remains of its surface, the csg's the rest. Where faces of operands coincide or
+/// touch, see [`combine`]: there is neither gap nor skin, and the first operand's surface counts.
+#[derive(Clone, Debug)]
+pub struct Csg {
+    operation: Operation,
+    operands: Vec<Operand>,
+    materials: Vec<Option<ObjectId>>,
+    /// Where its space is, if it is not the world or that of the csg around it.
+    placed: Option<Affine>,
+    bounds: Aabb,
+}
+
+#[derive(Clone, Debug)]
+struct Operand {
+    form: Form,
+    /// The number of its first leaf.
+    first_leaf: u32,
+    /// Whether what it encloses is outside.
+    is_cut_away: bool,
+}
+
+impl Described for Csg {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Shape,
+        name: "csg",
+        summary: "Union, intersection or difference of solids.",
+        params: &[
+            Param::required(
+                "operation",
+                Kind::Choice(&["union", "intersection", "difference"]),
+                "union, intersection, or difference: the first without all others",
+            ),
+            Param::required(
+                "shape",
+                Kind::Object(Category::Shape),
+                "the operands in order, each with its bsdf or without",
+            ),
+            super::TO_WORLD,
+            super::FLIP_NORMALS,
+        ],
+        examples: &[
+            r#"<shape type="csg"><string name="operation" value="intersection"/><shape type="sphere"/>
+                <shape type="sphere"><point name="center" x="1" y="0" z="0"/><float name="radius" value="0.8"/></shape></shape>"#,
+            r#"<shape type="csg"><string name="operation" value="difference"/><shape type="sphere"/>
+                <shape type="sphere"><point name="center" x="1" y="0" z="0"/><float name="radius" value="0.8"/></shape></shape>"#,
+            r#"<shape type="csg"><string name="operation" value="union"/><shape type="sphere"/>
+                <shape type="sphere"><point name="center" x="1" y="0" z="0"/><float name="radius" value="0.8"/></shape>
+                <transform name="to_world"><rotate y="1" angle="30"/><scale value="1.5"/><translate x="2" y="-1"/></transform></shape>"#,
+        ],
+        evidence: &["csg/*", "shape/*", "optics/lenses"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        let operation = match params.string("operation")? {
+            "union" => Operation::Union,
+            "intersection" => Operation::Intersection,
+            _ => Operation::Difference,
+        };
+        let placed = match params.find(super::TO_WORLD.name) {
+            Some(_) => Some(Affine::read(params, DAffine3::IDENTITY)?),
+            None => None,
+        };
+        let children = params.children(Category::Shape);
+        if children.is_empty() {
+            let error = SceneError::at(&params.object().place, "a shape \"csg\" has no operand");
+            return Err(error.hint("put the shapes inside it"));
+        }
+        let mut csg = Self { operation, operands: Vec::new(), materials: Vec::new(), placed, bounds: Aabb::EMPTY };
+        for id in children {
+            csg.push(params, id)?;
+        }
+        csg.bounds = csg.find_bounds();
+        Ok(csg)
+    }
+}
+
+impl Csg {
+    /// Reads the next operand.
+    fn push(&mut self, params: &Params<'_>, id: ObjectId) -> Result<(), SceneError> {
+        let document = params.document();
+        let child = Form::params(document, id)?;
+        let form = Form::read_from(&child)?;
+        let place = &document.object(id).place;
+        form.check_solid().map_err(|why| SceneError::at(place, format!("this shape is no operand of a csg: {why}")))?;
+        if child.find(super::FLIP_NORMALS.name).is_some() {
+            let error = child.error(super::FLIP_NORMALS.name, "the normals of an operand cannot be flipped");
+            return Err(error.hint("they point out of the result; flip those of the csg"));
+        }
+        if let Some(emitter) = child.child(Category::Emitter)? {
+            let place = &document.object(emitter).place;
+            return Err(SceneError::at(place, "an operand of a csg cannot shine"));
+        }
+        let own = child.child(Category::Bsdf)?;
+        child.finish()?;
+        let is_cut_away = self.operation == Operation::Difference && !self.operands.is_empty();
+        self.operands.push(Operand { first_leaf: self.materials.len() as u32, is_cut_away, form });
+        let form = &self.operands[self.operands.len() - 1].form;
+        self.materials.extend(form.materials().iter().map(|leaf| leaf.or(own)));
+        Ok(())
+    }
+
+    fn find_bounds(&self) -> Aabb {
+        let mut boxes = self.operands.iter().map(|operand| operand.form.bounds());
+        let first = boxes.next().unwrap_or(Aabb::EMPTY);
+        let local = match self.operation {
+            Operation::Union => boxes.fold(first, Aabb::union),
+            Operation::Intersection => boxes.fold(first, Aabb::intersection),
+            Operation::Difference => first,
+        };
+        match &self.placed {
+            Some(affine) if !local.is_empty() => local.transformed(&affine.to_world),
+            _ => local,
+        }
+    }
+
+    /// A ray in the space of the operands.
+    #[inline]
+    fn local(&self, ray: &Ray) -> Ray {
+        self.placed.as_ref().map_or(*ray, |affine| affine.ray(ray))
+    }
+
+    /// The operand that a leaf belongs to.
+    fn operand_of(&self, leaf: u32) -> &Operand {
+        let after = self.operands.partition_point(|operand| operand.first_leaf <= leaf);
+        &self.operands[after - 1]
+    }
+}
+
+impl Operand {
+    #[inline]
+    fn cross(&self, line: &Line) -> Crossings {
+        let mut crossings = self.form.cross(line);
+        crossings.iter_mut().for_each(|hit| hit.leaf += self.first_leaf);
+        crossings
+    }
+}
+
+impl Model for Csg {
+    fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    #[inline(never)]
+    fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        self.cross(&Line::new(ray)).into_iter().find(|hit| ray.contains(hit.t))
+    }
+
+    fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
+        let operand = self.operand_of(hit.leaf);
+        let own = Hit { leaf: hit.leaf - operand.first_leaf, ..*hit };
+        let surface = operand.form.solid_surface(&self.local(ray), &own);
+        let surface = if operand.is_cut_away { surface.flipped() } else { surface };
+        let surface = Surface { leaf: hit.leaf, ..surface };
+        let Some(affine) = &self.placed else { return surface };
+        let shading = Frame::from_normal(affine.normal(surface.shading.n));
+        Surface { p: affine.point(surface.p), n: affine.normal(surface.n), shading, ..surface }
+    }
+
+    fn check_solid(&self) -> Result<(), String> {
+        Ok(())
+    }
+
+    fn cross(&self, line: &Line) -> Crossings {
+        let line = line.within(|ray| self.local(ray));
+        let mut found = self.operands[0].cross(&line);
+        for operand in &self.operands[1..] {
+            if found.is_empty() && self.operation != Operation::Union {
+                break;
+            }
+            found = combine(self.operation, &found, &operand.cross(&line), &line);
+        }
+        found
+    }
+
+    fn cannot_shine(&self) -> Option<&'static str> {
+        Some("let one of its parts shine beside it")
+    }
+
+    fn materials(&self) -> &[Option<ObjectId>] {
+        &self.materials
+    }
+}

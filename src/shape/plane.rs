@@ -1,0 +1,77 @@
+use glam::{DAffine3, DVec2, DVec3};
+
+use super::{Crossings, Hit, Line, Model, Surface, affine::Affine};
+use crate::{
+    math::{Aabb, Ray},
+    node::{Category, Described, Params, Plugin, SceneError},
+};
+
+/// The infinite plane `z = 0` with normal +z, and as an operand of a csg the half-space below it. Texture coordinates are
+/// x and y.
+#[derive(Clone, Debug)]
+pub struct Plane {
+    affine: Affine,
+    n: DVec3,
+}
+
+impl Described for Plane {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Shape,
+        name: "plane",
+        summary: "The infinite plane z = 0, with normal +z; in a csg, the half-space below it.",
+        params: &[super::TO_WORLD, super::FLIP_NORMALS],
+        examples: &[
+            r#"<shape type="plane"/>"#,
+            r#"<shape type="plane"><transform name="to_world"><scale x="2" y="0.5"/>
+                <rotate x="1" angle="40"/><translate z="0.3"/></transform></shape>"#,
+        ],
+        evidence: &["shape/*", "radiometry/plane", "csg/solids"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        let affine = Affine::read(params, DAffine3::IDENTITY)?;
+        Ok(Self { n: affine.normal(DVec3::Z), affine })
+    }
+}
+
+impl Model for Plane {
+    fn bounds(&self) -> Aabb {
+        Aabb::EVERYTHING
+    }
+
+    #[inline]
+    fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        let local = self.affine.ray(ray);
+        let t = -local.origin.z / local.direction.z;
+        ray.contains(t).then(|| Hit::new(t, 0, DVec2::ZERO))
+    }
+
+    fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
+        let at = self.affine.ray(ray).at(hit.t).truncate();
+        Surface::flat(self.affine.point(at.extend(0.0)), self.n, at, 0)
+    }
+
+    fn check_solid(&self) -> Result<(), String> {
+        Ok(())
+    }
+
+    fn cross(&self, line: &Line) -> Crossings {
+        let local = self.affine.ray(&line.ray);
+        let (height, rise) = (local.origin.z, local.direction.z);
+        let on = |t: f64| Hit::new(t, 0, DVec2::ZERO);
+        let (before, beyond) = (on(f64::NEG_INFINITY), on(f64::INFINITY));
+        if rise > 0.0 {
+            Crossings::from_slice(&[before, on(-height / rise)])
+        } else if rise < 0.0 {
+            Crossings::from_slice(&[on(-height / rise), beyond])
+        } else if height < 0.0 {
+            Crossings::from_slice(&[before, beyond])
+        } else {
+            Crossings::new()
+        }
+    }
+
+    fn cannot_shine(&self) -> Option<&'static str> {
+        Some("its area is infinite; a rectangle can shine")
+    }
+}

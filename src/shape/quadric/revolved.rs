@@ -1,0 +1,265 @@
+//! Quadrics around the z axis: `x² + y² = c0 + c1 z + c2 z²` between two heights.
+
+use std::f64::consts::TAU;
+
+use glam::{DAffine3, DMat3, DVec2, DVec3};
+
+use super::{Canonical, Kind, QuadraticForm};
+use crate::{
+    math::{Aabb, Frame, PerArea},
+    node::{Category, Kind as ParamKind, Param, Params, Plugin, Range, SceneError},
+    shape::{FLIP_NORMALS, TO_WORLD},
+};
+
+/// The square of the radius at each height, where there is one, between two heights.
+#[derive(Clone, Debug)]
+struct Profile {
+    coefficients: [f64; 3],
+    heights: [f64; 2],
+    /// The heights between which nothing is.
+    gap: [f64; 2],
+}
+
+impl Profile {
+    fn new(coefficients: [f64; 3], heights: [f64; 2]) -> Self {
+        Self { coefficients, heights, gap: [heights[1]; 2] }
+    }
+
+    fn radius_squared(&self, z: f64) -> f64 {
+        let [c0, c1, c2] = self.coefficients;
+        c0 + z * (c1 + z * c2)
+    }
+
+    fn canonical<K>(self, to_shape: DAffine3, kind: impl FnOnce(Self) -> K) -> Canonical<K> {
+        let [c0, c1, c2] = self.coefficients;
+        // Heights at which the radius can be greatest.
+        let summit = if c2 < 0.0 { -0.5 * c1 / c2 } else { self.heights[0] };
+        let candidates = [self.heights[0], self.heights[1], summit.clamp(self.heights[0], self.heights[1])];
+        let radius = candidates.map(|z| self.radius_squared(z).max(0.0)).into_iter().fold(0.0, f64::max).sqrt();
+        // A little more, so that the sides of the box do not clip.
+        let radius = DVec2::splat(radius * (1.0 + 1e-9));
+        let clip = Aabb { min: (-radius).extend(self.heights[0]), max: radius.extend(self.heights[1]) };
+        Canonical { form: QuadraticForm::revolved([c0, c1, c2]), clip, to_shape, kind: kind(self) }
+    }
+
+    /// The azimuth as a fraction of a turn, and the height as one of the whole.
+    fn uv(&self, local: DVec3) -> DVec2 {
+        let phi = local.y.atan2(local.x) / TAU;
+        let [from, to] = self.heights;
+        DVec2::new(if phi < 0.0 { phi + 1.0 } else { phi }, (local.z - from) / (to - from))
+    }
+
+    fn span(&self) -> f64 {
+        self.heights[1] - self.heights[0] - (self.gap[1] - self.gap[0])
+    }
+
+    /// A point with uniform azimuth and height.
+    fn sample(&self, u: DVec2) -> (DVec3, PerArea) {
+        let below = self.heights[0] + u.y * self.span();
+        let z = if below < self.gap[0] { below } else { below + (self.gap[1] - self.gap[0]) };
+        let (sin, cos) = (TAU * u.x).sin_cos();
+        let radius = self.radius_squared(z).max(0.0).sqrt();
+        let local = DVec3::new(radius * cos, radius * sin, z);
+        (local, self.density(local))
+    }
+
+    /// An element of area is `sqrt(q + q'²/4) dφ dz` for a squared radius q.
+    fn density(&self, local: DVec3) -> PerArea {
+        let [_, c1, c2] = self.coefficients;
+        let half_slope = 0.5 * c1 + c2 * local.z;
+        let stretch = (self.radius_squared(local.z).max(0.0) + half_slope * half_slope).sqrt();
+        PerArea(1.0 / (TAU * self.span() * stretch))
+    }
+}
+
+/// The kinds differ in their parameters alone.
+macro_rules! by_profile {
+    ($($Name:ident)*) => {$(
+        impl Kind for $Name {
+            const PLUGIN: Plugin = $Name::PLUGIN;
+
+            fn read(params: &Params<'_>) -> Result<Canonical<Self>, SceneError> {
+                let (profile, to_shape) = $Name::read(params)?;
+                Ok(profile.canonical(to_shape, Self))
+            }
+
+            fn uv(&self, local: DVec3) -> DVec2 {
+                self.0.uv(local)
+            }
+
+            fn sample(&self, u: DVec2) -> Option<(DVec3, PerArea)> {
+                Some(self.0.sample(u))
+            }
+
+            fn density(&self, local: DVec3) -> PerArea {
+                self.0.density(local)
+            }
+        }
+    )*};
+}
+
+by_profile! { Cylinder Cone Paraboloid Hyperboloid }
+
+/// The mantle of a cylinder, without caps, normals outwards; an exact elliptic cylinder under any affine map. As an
+/// operand of a csg it is closed by flat caps.
+#[derive(Clone, Debug)]
+pub struct Cylinder(Profile);
+
+/// The mantle of a cone with its base in the plane `z = 0` and its apex above, normals outwards. As an operand of a csg
+/// it is closed by a flat base.
+#[derive(Clone, Debug)]
+pub struct Cone(Profile);
+
+/// The bowl `x² + y² = radius² z / height` from its vertex at the origin up to a height, normals outwards: away from
+/// its focus, at the height `radius² / (4 height)`. As an operand of a csg it is filled to the brim.
+#[derive(Clone, Debug)]
+pub struct Paraboloid(Profile);
+
+/// The surface `(x² + y²) / radius² - z² / axis² = 1` of one sheet or `= -1` of two, between two heights, normals away
+/// from the z axis or the plane between the sheets. As an operand of a csg it is closed by flat caps.
+#[derive(Clone, Debug)]
+pub struct Hyperboloid(Profile);
+
+const RADIUS: Param = Param::new("radius", ParamKind::Float, "1", "the radius").within(Range::LENGTH);
+
+impl Cylinder {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Shape,
+        name: "cylinder",
+        summary: "The mantle of a cylinder between two points, without caps.",
+        params: &[
+            Param::new("p0", ParamKind::Point, "0, 0, 0", "the middle of one end"),
+            Param::new("p1", ParamKind::Point, "0, 0, 1", "the middle of the other end"),
+            RADIUS,
+            TO_WORLD,
+            FLIP_NORMALS,
+        ],
+        examples: &[
+            r#"<shape type="cylinder"/>"#,
+            r#"<shape type="cylinder"><point name="p0" x="1" y="0" z="-1"/><point name="p1" x="-0.5" y="2" z="0.3"/>
+                <float name="radius" value="0.4"/><transform name="to_world"><scale x="1" y="2" z="0.7"/></transform></shape>"#,
+        ],
+        evidence: &["shape/*", "reference/tube-lights", "csg/solids"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<(Profile, DAffine3), SceneError> {
+        let (p0, p1, radius) = (params.point("p0")?, params.point("p1")?, params.float("radius")?);
+        let axis = p1 - p0;
+        if axis.length() == 0.0 || !axis.is_finite() {
+            return Err(params.error("p1", "the cylinder has no length").hint("p0 and p1 must differ"));
+        }
+        let frame = Frame::from_normal(axis.normalize());
+        let matrix3 = DMat3::from_cols(radius * frame.s, radius * frame.t, axis);
+        Ok((Profile::new([1.0, 0.0, 0.0], [0.0, 1.0]), DAffine3 { matrix3, translation: p0 }))
+    }
+}
+
+/// A scaling by a radius across z and by a length along it.
+fn scaling(radius: f64, height: f64) -> DAffine3 {
+    DAffine3::from_scale(DVec3::new(radius, radius, height))
+}
+
+impl Cone {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Shape,
+        name: "cone",
+        summary: "The mantle of a cone from its base at z = 0 up to its apex, without the base.",
+        params: &[
+            Param::new("radius", ParamKind::Float, "1", "the radius of its base").within(Range::LENGTH),
+            Param::new("height", ParamKind::Float, "1", "the height of its apex").within(Range::LENGTH),
+            TO_WORLD,
+            FLIP_NORMALS,
+        ],
+        examples: &[
+            r#"<shape type="cone"><float name="radius" value="0.57735"/></shape>"#,
+            r#"<shape type="cone"><float name="radius" value="0.8"/><float name="height" value="2"/>
+                <transform name="to_world"><rotate x="1" angle="70"/><scale x="1" y="2" z="0.7"/><translate x="1" z="-2"/></transform></shape>"#,
+        ],
+        evidence: &["shape/*", "csg/solids", "reference/quadrics"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<(Profile, DAffine3), SceneError> {
+        let to_shape = scaling(params.float("radius")?, params.float("height")?);
+        Ok((Profile::new([1.0, -2.0, 1.0], [0.0, 1.0]), to_shape))
+    }
+}
+
+impl Paraboloid {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Shape,
+        name: "paraboloid",
+        summary: "A bowl from its vertex at the origin up to its rim.",
+        params: &[
+            Param::new("radius", ParamKind::Float, "1", "the radius of its rim").within(Range::LENGTH),
+            Param::new("height", ParamKind::Float, "1", "the height of its rim").within(Range::LENGTH),
+            TO_WORLD,
+            FLIP_NORMALS,
+        ],
+        examples: &[
+            r#"<shape type="paraboloid"/>"#,
+            r#"<shape type="paraboloid"><float name="radius" value="0.8"/><float name="height" value="2"/>
+                <transform name="to_world"><rotate y="1" angle="100"/><scale x="1.5" y="0.8" z="1"/></transform></shape>"#,
+        ],
+        evidence: &["shape/*", "csg/solids", "optics/mirrors", "reference/quadrics"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<(Profile, DAffine3), SceneError> {
+        let to_shape = scaling(params.float("radius")?, params.float("height")?);
+        Ok((Profile::new([0.0, 1.0, 0.0], [0.0, 1.0]), to_shape))
+    }
+}
+
+impl Hyperboloid {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Shape,
+        name: "hyperboloid",
+        summary: "A hyperboloid of one sheet or two between two heights.",
+        params: &[
+            Param::new("radius", ParamKind::Float, "1", "half the axis across: of one sheet, the radius of the waist")
+                .within(Range::LENGTH),
+            Param::new(
+                "axis",
+                ParamKind::Float,
+                "1",
+                "half the axis along z: of two sheets, the height of the vertices",
+            )
+            .within(Range::LENGTH),
+            Param::new("z_min", ParamKind::Float, "-1", "the lower end"),
+            Param::new("z_max", ParamKind::Float, "1", "the upper end"),
+            Param::new("sheets", ParamKind::Integer, "1", "1 or 2").within(Range { min: 1.0, max: 2.0, open: false }),
+            TO_WORLD,
+            FLIP_NORMALS,
+        ],
+        examples: &[
+            r#"<shape type="hyperboloid"><float name="radius" value="0.5"/><float name="axis" value="0.8"/></shape>"#,
+            r#"<shape type="hyperboloid"><integer name="sheets" value="2"/><float name="axis" value="0.5"/>
+                <float name="z_min" value="-1.2"/><float name="z_max" value="0.9"/>
+                <transform name="to_world"><rotate x="1" angle="20"/><scale x="1" y="1.4" z="0.9"/></transform></shape>"#,
+        ],
+        evidence: &["shape/*", "csg/solids", "reference/quadrics"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<(Profile, DAffine3), SceneError> {
+        let (radius, axis) = (params.float("radius")?, params.float("axis")?);
+        let heights = [params.float("z_min")? / axis, params.float("z_max")? / axis];
+        if heights[0] >= heights[1] {
+            return Err(params.error("z_max", "z_max is not above z_min"));
+        }
+        let to_shape = scaling(radius, axis);
+        if params.integer("sheets")? == 1 {
+            return Ok((Profile::new([1.0, 0.0, 1.0], heights), to_shape));
+        }
+        if heights[0] >= -1.0 && heights[1] <= 1.0 {
+            let error =
+                params.error("z_max", format!("both sheets lie beyond z_min and z_max: their vertices are at ±{axis}"));
+            return Err(error.hint("give z_min below -axis or z_max above axis"));
+        }
+        // Between the vertices there is nothing.
+        let heights = [
+            if heights[0] > -1.0 { heights[0].max(1.0) } else { heights[0] },
+            if heights[1] < 1.0 { heights[1].min(-1.0) } else { heights[1] },
+        ];
+        let gap = if heights[0] < -1.0 && heights[1] > 1.0 { [-1.0, 1.0] } else { [heights[1]; 2] };
+        Ok((Profile { gap, ..Profile::new([-1.0, 0.0, 1.0], heights) }, to_shape))
+    }
+}
