@@ -1,38 +1,66 @@
+use std::{fmt::Debug, marker::PhantomData};
+
 use glam::{DVec2, DVec3};
 
-use super::{Lobe, Model, Query, Sample, Transport, fresnel, reflect};
+use super::{
+    Lobe, Model, Query, Sample, Transport,
+    fresnel::{self, Interface},
+    reflect,
+};
 use crate::{
     math::{PerSolidAngle, Rgb},
     node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError, Value},
     texture::Texture,
 };
 
-/// A smooth interface of two transparent media, after Fresnel's exact equations for unpolarised light. The inside is
-/// below the normal. Radiance that crosses is scaled by the square of the ratio of the indices, for étendue
-/// `n² A Ω` is what stays constant; flux is not.
+/// A smooth interface of two transparent media. The inside is below the normal. Radiance that crosses is scaled by the
+/// square of the ratio of the indices, for étendue `n² A Ω` is what stays constant; flux is not.
 #[derive(Clone, Debug)]
-pub struct Dielectric {
+pub struct Glass<K> {
     /// The index inside over that outside.
     eta: f64,
+    /// What happens at a cosine of incidence and an index.
+    interface: fn(f64, f64) -> Interface,
     specular_reflectance: Texture,
     specular_transmittance: Texture,
+    kind: PhantomData<K>,
 }
 
-impl Described for Dielectric {
+/// Models of how much is reflected.
+pub trait Reflectance: Clone + Debug {
+    /// The manual page.
+    const PLUGIN: Plugin;
+
+    /// The model.
+    ///
+    /// # Errors
+    /// If a parameter is wrong.
+    fn read(params: &Params<'_>) -> Result<fn(f64, f64) -> Interface, SceneError>;
+}
+
+const INT_IOR: Param =
+    Param::new("int_ior", Kind::Float, "1.5046", "the index of refraction inside, a number or a name")
+        .within(Range::POSITIVE);
+const EXT_IOR: Param =
+    Param::new("ext_ior", Kind::Float, "1.000277", "the index of refraction outside, a number or a name")
+        .within(Range::POSITIVE);
+const SPECULAR_REFLECTANCE: Param =
+    Param::new("specular_reflectance", Kind::Texture, "1", "scales what is reflected; not physical")
+        .within(Range::UNIT);
+const SPECULAR_TRANSMITTANCE: Param =
+    Param::new("specular_transmittance", Kind::Texture, "1", "scales what is refracted; not physical")
+        .within(Range::UNIT);
+
+/// After Fresnel's exact equations for unpolarised light.
+#[derive(Clone, Debug)]
+pub struct Dielectric;
+
+impl Reflectance for Dielectric {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
         name: "dielectric",
         summary: "A smooth interface between transparent media, after Fresnel's equations.",
-        params: &[
-            Param::new("int_ior", Kind::Float, "1.5046", "the index of refraction inside, a number or a name")
-                .within(Range::POSITIVE),
-            Param::new("ext_ior", Kind::Float, "1.000277", "the index of refraction outside, a number or a name")
-                .within(Range::POSITIVE),
-            Param::new("specular_reflectance", Kind::Texture, "1", "scales what is reflected; not physical")
-                .within(Range::UNIT),
-            Param::new("specular_transmittance", Kind::Texture, "1", "scales what is refracted; not physical")
-                .within(Range::UNIT),
-        ],
+        params: &[INT_IOR, EXT_IOR, SPECULAR_REFLECTANCE, SPECULAR_TRANSMITTANCE],
         examples: &[
             r#"<bsdf type="dielectric"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf>"#,
             r#"<bsdf type="dielectric"><string name="int_ior" value="air"/><string name="ext_ior" value="diamond"/>
@@ -41,11 +69,56 @@ impl Described for Dielectric {
         evidence: &["fresnel/table", "fresnel/slab", "fresnel/etendue", "fresnel/hemispherical"],
     };
 
+    fn read(_params: &Params<'_>) -> Result<fn(f64, f64) -> Interface, SceneError> {
+        Ok(fresnel::dielectric)
+    }
+}
+
+/// After Schlick's approximation, or without any reflection but the total one: for comparison with Fresnel's.
+#[derive(Clone, Debug)]
+pub struct Schlick;
+
+impl Reflectance for Schlick {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Bsdf,
+        name: "schlick",
+        summary: "A dielectric after Schlick's approximation of Fresnel's equations.",
+        params: &[
+            INT_IOR,
+            EXT_IOR,
+            Param::new(
+                "reflectance_model",
+                Kind::Choice(&["schlick", "none"]),
+                "schlick",
+                "none lets everything through but what is totally reflected",
+            ),
+            SPECULAR_REFLECTANCE,
+            SPECULAR_TRANSMITTANCE,
+        ],
+        examples: &[
+            r#"<bsdf type="schlick"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf>"#,
+            r#"<bsdf type="schlick"><float name="int_ior" value="1.33"/><float name="ext_ior" value="1"/>
+                <string name="reflectance_model" value="none"/><rgb name="specular_transmittance" value="0.9, 0.7, 0.5"/></bsdf>"#,
+        ],
+        evidence: &["fresnel/schlick", "bsdf/*", "reference/figure-3-glass-balls"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<fn(f64, f64) -> Interface, SceneError> {
+        let is_schlick = params.string("reflectance_model")? == "schlick";
+        Ok(if is_schlick { fresnel::schlick } else { fresnel::refracting })
+    }
+}
+
+impl<K: Reflectance> Described for Glass<K> {
+    const PLUGIN: Plugin = K::PLUGIN;
+
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
         Ok(Self {
-            eta: index(params, "int_ior")? / index(params, "ext_ior")?,
-            specular_reflectance: Texture::of(params, "specular_reflectance")?,
-            specular_transmittance: Texture::of(params, "specular_transmittance")?,
+            eta: index(params, INT_IOR.name)? / index(params, EXT_IOR.name)?,
+            interface: K::read(params)?,
+            specular_reflectance: Texture::of(params, SPECULAR_REFLECTANCE.name)?,
+            specular_transmittance: Texture::of(params, SPECULAR_TRANSMITTANCE.name)?,
+            kind: PhantomData,
         })
     }
 }
@@ -88,7 +161,7 @@ fn index(params: &Params<'_>, name: &str) -> Result<f64, SceneError> {
     })
 }
 
-impl Model for Dielectric {
+impl<K: Reflectance> Model for Glass<K> {
     fn is_smooth(&self) -> bool {
         false
     }
@@ -103,7 +176,7 @@ impl Model for Dielectric {
 
     #[inline]
     fn sample(&self, query: &Query, u1: f64, _u2: DVec2) -> Option<Sample> {
-        let interface = fresnel::dielectric(query.wi.z, self.eta);
+        let interface = (self.interface)(query.wi.z, self.eta);
         if u1 < interface.reflectance {
             let density = PerSolidAngle(interface.reflectance);
             let weight = self.specular_reflectance.eval(query.uv);
@@ -128,5 +201,16 @@ impl Model for Dielectric {
 
     fn transmits(&self) -> bool {
         true
+    }
+
+    fn is_interface(&self) -> bool {
+        true
+    }
+
+    /// As if the light came from the outside on both faces: on a plane-parallel slab refracted light meets both at that
+    /// angle.
+    fn straight_transmittance(&self, query: &Query) -> Option<Rgb> {
+        let reflectance = (self.interface)(query.wi.z.abs(), self.eta).reflectance;
+        Some(self.specular_transmittance.eval(query.uv) * (1.0 - reflectance))
     }
 }

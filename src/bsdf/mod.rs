@@ -4,20 +4,28 @@
 //! the camera, in path tracing) and `wo` along the one that is asked for. [`Model::eval_cos`] includes the cosine at
 //! `wo`; all densities are per solid angle of `wo`.
 
+mod blend;
 mod conductor;
 mod dielectric;
 mod diffuse;
 pub mod fresnel;
 pub mod laws;
+mod metal;
 mod microfacet;
+mod normals;
 mod null;
+mod phong;
 mod roughconductor;
 mod twosided;
 
+pub use blend::Blend;
 pub use conductor::Conductor;
-pub use dielectric::Dielectric;
+pub use dielectric::{Dielectric, Glass, Schlick};
 pub use diffuse::Diffuse;
+pub use metal::Metal;
+pub use normals::Normals;
 pub use null::Null;
+pub use phong::Phong;
 pub use roughconductor::RoughConductor;
 pub use twosided::TwoSided;
 
@@ -26,6 +34,7 @@ use glam::{DVec2, DVec3};
 use crate::{
     math::{PerSolidAngle, Rgb},
     node::{Category, catalogue},
+    shape::Surface,
 };
 
 /// What travels along the path: radiance from a camera, or importance's counterpart, flux from a light.
@@ -96,6 +105,26 @@ pub trait Model {
     fn transmits(&self) -> bool {
         false
     }
+
+    /// Whether there are two different media at its sides, so that it needs an inside and an outside.
+    fn is_interface(&self) -> bool {
+        false
+    }
+
+    /// What a straight line through the surface keeps of its light; None if it is opaque.
+    fn straight_transmittance(&self, _query: &Query) -> Option<Rgb> {
+        None
+    }
+
+    /// Whether it ever shows radiance by itself.
+    fn glows(&self) -> bool {
+        false
+    }
+
+    /// Radiance that the surface shows by itself, to all sides, whatever the light; not physical.
+    fn glow(&self, _surface: &Surface) -> Rgb {
+        Rgb::ZERO
+    }
 }
 
 catalogue! { ($)
@@ -104,15 +133,25 @@ catalogue! { ($)
         /// Lambert's.
         Diffuse(Diffuse),
         /// Smooth glass.
-        Dielectric(Dielectric),
+        Dielectric(Glass<Dielectric>),
+        /// Smooth glass after Schlick.
+        Schlick(Glass<Schlick>),
         /// A smooth metal.
         Conductor(Conductor),
         /// A rough metal.
         RoughConductor(RoughConductor),
+        /// A fuzzy mirror.
+        Metal(Metal),
+        /// A glossy lobe around the mirror direction over a diffuse base.
+        Phong(Phong),
+        /// Two at once.
+        Blend(Blend),
         /// The same from behind.
         TwoSided(TwoSided),
         /// Nothing at all.
         Null(Null),
+        /// The shading normal as a colour.
+        Normals(Normals),
     }
 }
 
@@ -143,6 +182,22 @@ impl Model for Bsdf {
 
     fn transmits(&self) -> bool {
         each_bsdf!(self, bsdf => bsdf.transmits())
+    }
+
+    fn is_interface(&self) -> bool {
+        each_bsdf!(self, bsdf => bsdf.is_interface())
+    }
+
+    fn straight_transmittance(&self, query: &Query) -> Option<Rgb> {
+        each_bsdf!(self, bsdf => bsdf.straight_transmittance(query))
+    }
+
+    fn glows(&self) -> bool {
+        each_bsdf!(self, bsdf => bsdf.glows())
+    }
+
+    fn glow(&self, surface: &Surface) -> Rgb {
+        each_bsdf!(self, bsdf => bsdf.glow(surface))
     }
 }
 

@@ -50,4 +50,8 @@ impl Model for Null {
     fn transmits(&self) -> bool {
         true
     }
+
+    fn straight_transmittance(&self, _query: &Query) -> Option<Rgb> {
+        Some(Rgb::ONE)
+    }
 }

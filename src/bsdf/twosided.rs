@@ -4,6 +4,7 @@ use super::{Bsdf, Model, Query, Sample};
 use crate::{
     math::{PerSolidAngle, Rgb, cos_theta},
     node::{Category, Described, Kind, Param, Params, Plugin, SceneError},
+    shape::Surface,
 };
 
 /// Gives the back of a surface the looks of its front, or those of a second BSDF.
@@ -89,5 +90,13 @@ impl Model for TwoSided {
 
     fn albedo(&self, uv: DVec2) -> Rgb {
         self.front.albedo(uv)
+    }
+
+    fn glows(&self) -> bool {
+        self.front.glows()
+    }
+
+    fn glow(&self, surface: &Surface) -> Rgb {
+        self.front.glow(surface)
     }
 }

@@ -1,0 +1,114 @@
+use glam::{DVec2, DVec3};
+
+use super::{Bsdf, Lobe, Model, Query, Sample};
+use crate::{
+    math::{PerSolidAngle, Rgb},
+    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
+    shape::Surface,
+    texture::Texture,
+};
+
+/// A mixture of two BSDFs: `(1 - weight)` of the first and `weight` of the second, channel by channel the same.
+#[derive(Clone, Debug)]
+pub struct Blend {
+    weight: Texture,
+    bsdfs: Box<[Bsdf; 2]>,
+}
+
+impl Described for Blend {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Bsdf,
+        name: "blendbsdf",
+        summary: "A mixture of two bsdfs.",
+        params: &[
+            Param::new("weight", Kind::Texture, "0.5", "the share of the second, grey").within(Range::UNIT),
+            Param::required("bsdf", Kind::Object(Category::Bsdf), "the two"),
+        ],
+        examples: &[
+            r#"<bsdf type="blendbsdf"><float name="weight" value="0.3"/>
+                <bsdf type="diffuse"><rgb name="reflectance" value="0.8, 0.4, 0.1"/></bsdf>
+                <bsdf type="roughconductor"><float name="alpha" value="0.3"/></bsdf></bsdf>"#,
+            r#"<bsdf type="blendbsdf"><float name="weight" value="0.6"/>
+                <bsdf type="diffuse"><rgb name="reflectance" value="0.8, 0.4, 0.1"/></bsdf>
+                <bsdf type="dielectric"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf></bsdf>"#,
+        ],
+        evidence: &["bsdf/*", "reference/materials"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        let children = params.children(Category::Bsdf);
+        let [first, second] = children[..] else {
+            let what = format!("a bsdf \"blendbsdf\" holds two bsdfs, this has {}", children.len());
+            return Err(SceneError::at(&params.object().place, what));
+        };
+        let read = |id| Bsdf::read(params.document(), id);
+        Ok(Self { weight: Texture::of(params, "weight")?, bsdfs: Box::new([read(first)?, read(second)?]) })
+    }
+}
+
+impl Blend {
+    /// The shares of both.
+    fn shares(&self, uv: DVec2) -> [f64; 2] {
+        let weight = self.weight.eval(uv).element_sum() / 3.0;
+        [1.0 - weight, weight]
+    }
+
+    fn parts(&self, uv: DVec2) -> impl Iterator<Item = (f64, &Bsdf)> {
+        self.shares(uv).into_iter().zip(self.bsdfs.iter()).filter(|(share, _)| *share > 0.0)
+    }
+}
+
+impl Model for Blend {
+    fn is_smooth(&self) -> bool {
+        self.bsdfs.iter().any(Bsdf::is_smooth)
+    }
+
+    fn eval_cos(&self, query: &Query, wo: DVec3) -> Rgb {
+        self.parts(query.uv).map(|(share, bsdf)| share * bsdf.eval_cos(query, wo)).sum()
+    }
+
+    fn density(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
+        PerSolidAngle(self.parts(query.uv).map(|(share, bsdf)| share * bsdf.density(query, wo).0).sum())
+    }
+
+    /// Draws from one of both, with what is left of `u1` once that is chosen.
+    fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<Sample> {
+        let [first, second] = self.shares(query.uv);
+        let (share, rest, bsdf) = if u1 < first {
+            (first, u1 / first, &self.bsdfs[0])
+        } else {
+            (second, ((u1 - first) / second).min(1.0 - f64::EPSILON), &self.bsdfs[1])
+        };
+        let sample = bsdf.sample(query, rest, u2)?;
+        if sample.lobe != Lobe::Smooth {
+            return Some(Sample { density: PerSolidAngle(share * sample.density.0), ..sample });
+        }
+        let density = self.density(query, sample.wo);
+        Some(Sample { weight: self.eval_cos(query, sample.wo) / density.0, density, ..sample })
+    }
+
+    fn albedo(&self, uv: DVec2) -> Rgb {
+        self.parts(uv).map(|(share, bsdf)| share * bsdf.albedo(uv)).sum()
+    }
+
+    fn transmits(&self) -> bool {
+        self.bsdfs.iter().any(Bsdf::transmits)
+    }
+
+    fn is_interface(&self) -> bool {
+        self.bsdfs.iter().any(Bsdf::is_interface)
+    }
+
+    fn straight_transmittance(&self, query: &Query) -> Option<Rgb> {
+        let through = |(share, bsdf): (f64, &Bsdf)| Some(share * bsdf.straight_transmittance(query)?);
+        self.parts(query.uv).filter_map(through).reduce(|one, other| one + other)
+    }
+
+    fn glows(&self) -> bool {
+        self.bsdfs.iter().any(Bsdf::glows)
+    }
+
+    fn glow(&self, surface: &Surface) -> Rgb {
+        self.parts(surface.uv).map(|(share, bsdf)| share * bsdf.glow(surface)).sum()
+    }
+}

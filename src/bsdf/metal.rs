@@ -1,0 +1,150 @@
+use std::f64::consts::TAU;
+
+use glam::{DVec2, DVec3};
+
+use super::{Lobe, Model, Query, Sample, Transport, reflect};
+use crate::{
+    math::{Frame, PerSolidAngle, Rgb, cos_theta, warp},
+    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
+    texture::Texture,
+};
+
+/// A mirror with fuzz: light goes where a path from the camera is sent by `r + ρ u`, with `r` the mirror direction,
+/// `ρ` the roughness and `u` uniform in the unit ball; what would go below the surface is absorbed. Black on its back.
+///
+/// With `μ` the cosine to the mirror direction and `κ = μ² + ρ² - 1`, the density is `√κ (3 μ² + κ) / 2πρ³` for
+/// `ρ <= 1`, where `κ > 0` and `μ > 0`, and `(μ + √κ)³ / 4πρ³` for `ρ > 1`: the square of the distance, `s² ds`,
+/// integrated along the chord that a direction cuts out of the ball.
+///
+/// The model is not reciprocal: `f cos θ(wo)` is the density, so `f(a, b) / f(b, a) = cos a / cos b`. Paths from a light
+/// therefore use the adjoint, the same directions with the weight `cos θ(wo) / cos θ(wi)`, and both ways estimate the
+/// same image. Seen from the light it reflects more than it receives at grazing incidence; only towards the camera
+/// does it keep energy.
+#[derive(Clone, Debug)]
+pub struct Metal {
+    reflectance: Texture,
+    roughness: f64,
+}
+
+impl Described for Metal {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Bsdf,
+        name: "metal",
+        summary: "A mirror whose directions are blurred by a ball; not reciprocal.",
+        params: &[
+            Param::new("reflectance", Kind::Texture, "1", "the share of light that is reflected").within(Range::UNIT),
+            Param::new("roughness", Kind::Float, "0", "the radius of the ball; 0 is a mirror").within(Range {
+                min: 0.0,
+                max: 10.0,
+                open: false,
+            }),
+        ],
+        examples: &[
+            r#"<bsdf type="metal"><rgb name="reflectance" value="0.9, 0.7, 0.4"/><float name="roughness" value="0.3"/></bsdf>"#,
+            r#"<bsdf type="metal"><float name="roughness" value="0.05"/></bsdf>"#,
+            r#"<bsdf type="metal"><rgb name="reflectance" value="0.5, 0.6, 0.9"/><float name="roughness" value="1"/></bsdf>"#,
+            r#"<bsdf type="metal"><float name="roughness" value="1.5"/></bsdf>"#,
+            r#"<bsdf type="metal"><rgb name="reflectance" value="0.4, 0.6, 0.8"/></bsdf>"#,
+        ],
+        evidence: &["bsdf/metal", "bsdf/*", "reference/materials"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        Ok(Self { reflectance: Texture::of(params, "reflectance")?, roughness: params.float("roughness")? })
+    }
+}
+
+impl Metal {
+    /// The density of a direction, from the square of the sine and the cosine to the mirror direction.
+    pub(super) fn lobe(roughness: f64, sin_squared: f64, cos: f64) -> f64 {
+        let kappa = roughness * roughness - sin_squared;
+        if kappa <= 0.0 || (roughness <= 1.0 && cos <= 0.0) {
+            return 0.0;
+        }
+        let root = kappa.sqrt();
+        let volume = roughness * roughness * roughness;
+        if roughness <= 1.0 {
+            root * (3.0 * cos * cos + kappa) / (TAU * volume)
+        } else {
+            (cos + root).powi(3) / (2.0 * TAU * volume)
+        }
+    }
+
+    fn lobe_between(&self, query: &Query, wo: DVec3) -> f64 {
+        if cos_theta(query.wi) <= 0.0 || cos_theta(wo) <= 0.0 {
+            return 0.0;
+        }
+        let mirror = reflect(query.wi);
+        Self::lobe(self.roughness, mirror.cross(wo).length_squared(), mirror.dot(wo))
+    }
+
+    /// What a path from a light carries more than one from the camera.
+    fn adjoint(query: &Query, wo: DVec3) -> f64 {
+        match query.transport {
+            Transport::Radiance => 1.0,
+            Transport::Flux => cos_theta(wo) / cos_theta(query.wi),
+        }
+    }
+}
+
+impl Model for Metal {
+    fn is_smooth(&self) -> bool {
+        self.roughness > 0.0
+    }
+
+    fn eval_cos(&self, query: &Query, wo: DVec3) -> Rgb {
+        if !self.is_smooth() {
+            return Rgb::ZERO;
+        }
+        let lobe = self.lobe_between(query, wo);
+        if lobe == 0.0 {
+            return Rgb::ZERO;
+        }
+        self.reflectance.eval(query.uv) * (lobe * Self::adjoint(query, wo))
+    }
+
+    fn density(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
+        PerSolidAngle(if self.is_smooth() { self.lobe_between(query, wo) } else { 0.0 })
+    }
+
+    fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<Sample> {
+        if cos_theta(query.wi) <= 0.0 {
+            return None;
+        }
+        let mirror = reflect(query.wi);
+        let weight = self.reflectance.eval(query.uv);
+        if !self.is_smooth() {
+            return Some(Sample { wo: mirror, weight, density: PerSolidAngle(1.0), lobe: Lobe::Delta, eta: 1.0 });
+        }
+        // About the mirror direction, so that no digits are lost in narrow lobes.
+        let ball = u1.cbrt() * warp::square_to_sphere(u2);
+        let offset = self.roughness * ball + DVec3::Z;
+        let wo = Frame::from_normal(mirror).to_world(offset).try_normalize()?;
+        let density = self.density(query, wo);
+        if density.0 == 0.0 {
+            return None;
+        }
+        Some(Sample { wo, weight: weight * Self::adjoint(query, wo), density, lobe: Lobe::Smooth, eta: 1.0 })
+    }
+
+    fn albedo(&self, uv: DVec2) -> Rgb {
+        self.reflectance.eval(uv)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+
+    #[test]
+    fn the_lobe_is_highest_at_the_mirror_direction() {
+        for roughness in [0.01, 0.3, 1.0_f64] {
+            let peak = (3.0 + roughness * roughness) / (2.0 * PI * roughness * roughness);
+            let highest = Metal::lobe(roughness, 0.0, 1.0);
+            assert!((highest / peak - 1.0).abs() < 1e-12);
+            assert!(Metal::lobe(roughness, 1e-5, (1.0 - 1e-5_f64).sqrt()) < highest);
+        }
+    }
+}

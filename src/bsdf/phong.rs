@@ -1,0 +1,135 @@
+use std::f64::consts::{FRAC_1_PI, TAU};
+
+use glam::{DVec2, DVec3};
+
+use super::{Lobe, Model, Query, Sample, reflect};
+use crate::{
+    math::{Frame, PerSolidAngle, Rgb, cos_theta, warp},
+    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
+    shape::Surface,
+    texture::Texture,
+};
+
+/// The modified Phong model: `f = kd / π + ks (n + 2) / 2π cosⁿ α`, with `α` the angle to the mirror direction, over the
+/// upper hemisphere. Black on its back. Lafortune and Willems 1994, "Using the modified Phong reflectance model for
+/// physically based rendering", eq. (3) to (5).
+///
+/// It reflects at most `kd + ks` of the light, which may not exceed 1, and less at grazing angles, where the lobe is cut
+/// off by the surface. `ambient` is radiance that the surface shows without light; not physical.
+#[derive(Clone, Debug)]
+pub struct Phong {
+    diffuse_reflectance: Texture,
+    specular_reflectance: Texture,
+    exponent: f64,
+    ambient: Rgb,
+}
+
+impl Described for Phong {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Bsdf,
+        name: "phong",
+        summary: "The modified Phong model: diffuse, with a lobe around the mirror direction.",
+        params: &[
+            Param::new("diffuse_reflectance", Kind::Texture, "0.5", "the share of light that is reflected diffusely")
+                .within(Range::UNIT),
+            Param::new("specular_reflectance", Kind::Texture, "0.2", "the share that the lobe reflects at most")
+                .within(Range::UNIT),
+            Param::new("exponent", Kind::Float, "30", "how narrow the lobe is").within(Range {
+                min: 0.0,
+                max: 1e6,
+                open: false,
+            }),
+            Param::new("ambient", Kind::Rgb, "0", "radiance that it shows without light; not physical")
+                .within(Range::LIGHT),
+        ],
+        examples: &[
+            r#"<bsdf type="phong"><rgb name="diffuse_reflectance" value="0.2, 0.5, 0.1"/>
+                <rgb name="specular_reflectance" value="0.3, 0.2, 0.6"/><float name="exponent" value="10"/></bsdf>"#,
+            r#"<bsdf type="phong"><float name="diffuse_reflectance" value="0"/><float name="specular_reflectance" value="1"/>
+                <float name="exponent" value="200"/></bsdf>"#,
+            r#"<bsdf type="phong"><float name="diffuse_reflectance" value="0"/><float name="specular_reflectance" value="0.9"/>
+                <float name="exponent" value="0"/><rgb name="ambient" value="0.1, 0.2, 0.3"/></bsdf>"#,
+        ],
+        evidence: &["bsdf/phong", "bsdf/*", "reference/materials"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        let diffuse_reflectance = Texture::of(params, "diffuse_reflectance")?;
+        let specular_reflectance = Texture::of(params, "specular_reflectance")?;
+        let greatest = diffuse_reflectance.extremes().1 + specular_reflectance.extremes().1;
+        if greatest > 1.0 + 1e-9 {
+            let what = format!("diffuse and specular reflectance add up to {greatest}");
+            return Err(params.error("specular_reflectance", what).hint("they may be 1 together"));
+        }
+        let (exponent, ambient) = (params.float("exponent")?, params.rgb("ambient")?);
+        Ok(Self { diffuse_reflectance, specular_reflectance, exponent, ambient })
+    }
+}
+
+impl Phong {
+    /// The chance to draw from the lobe.
+    fn lobe_chance(&self, uv: DVec2) -> f64 {
+        let (diffuse, lobe) = (self.diffuse_reflectance.eval(uv), self.specular_reflectance.eval(uv));
+        let (diffuse, lobe) = (diffuse.element_sum(), lobe.element_sum());
+        if lobe == 0.0 { 0.0 } else { lobe / (diffuse + lobe) }
+    }
+
+    /// `cosⁿ α`.
+    fn power(&self, query: &Query, wo: DVec3) -> f64 {
+        reflect(query.wi).dot(wo).max(0.0).powf(self.exponent)
+    }
+}
+
+impl Model for Phong {
+    fn is_smooth(&self) -> bool {
+        true
+    }
+
+    fn eval_cos(&self, query: &Query, wo: DVec3) -> Rgb {
+        if cos_theta(query.wi) <= 0.0 || cos_theta(wo) <= 0.0 {
+            return Rgb::ZERO;
+        }
+        let lobe = (self.exponent + 2.0) / TAU * self.power(query, wo);
+        let diffuse = self.diffuse_reflectance.eval(query.uv) * FRAC_1_PI;
+        (diffuse + self.specular_reflectance.eval(query.uv) * lobe) * cos_theta(wo)
+    }
+
+    fn density(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
+        if cos_theta(query.wi) <= 0.0 || cos_theta(wo) <= 0.0 {
+            return PerSolidAngle(0.0);
+        }
+        let chance = self.lobe_chance(query.uv);
+        let lobe = (self.exponent + 1.0) / TAU * self.power(query, wo);
+        PerSolidAngle((1.0 - chance) * warp::cosine_hemisphere_density(cos_theta(wo)) + chance * lobe)
+    }
+
+    fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<Sample> {
+        if cos_theta(query.wi) <= 0.0 {
+            return None;
+        }
+        let wo = if u1 < self.lobe_chance(query.uv) {
+            let lobe = warp::square_to_cosine_power(u2, self.exponent);
+            Frame::from_normal(reflect(query.wi)).to_world(lobe)
+        } else {
+            warp::square_to_cosine_hemisphere(u2)
+        };
+        let density = self.density(query, wo);
+        // Below the surface the lobe is lost.
+        if density.0 == 0.0 {
+            return None;
+        }
+        Some(Sample { wo, weight: self.eval_cos(query, wo) / density.0, density, lobe: Lobe::Smooth, eta: 1.0 })
+    }
+
+    fn albedo(&self, uv: DVec2) -> Rgb {
+        self.diffuse_reflectance.eval(uv) + self.specular_reflectance.eval(uv)
+    }
+
+    fn glows(&self) -> bool {
+        self.ambient != Rgb::ZERO
+    }
+
+    fn glow(&self, _surface: &Surface) -> Rgb {
+        self.ambient
+    }
+}
