@@ -4,11 +4,13 @@ mod area;
 mod constant;
 mod directional;
 mod point;
+mod spot;
 
 pub use area::Area;
 pub use constant::Constant;
 pub use directional::Directional;
 pub use point::Point;
+pub use spot::Spot;
 
 use glam::{DVec2, DVec3};
 
@@ -63,6 +65,8 @@ catalogue! { ($)
     pub enum Emitter in Category::Emitter, each_emitter {
         /// A point.
         Point(Point),
+        /// A cone of light.
+        Spot(Spot),
         /// Parallel light.
         Directional(Directional),
         /// A surface.

@@ -1,0 +1,100 @@
+use glam::{DAffine3, DVec2, DVec3};
+
+use super::{Incident, Model};
+use crate::{
+    math::{Ray, Rgb},
+    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
+    shape::Shape,
+};
+
+/// A point that shines in a cone around the z axis of its space: with full intensity up to `beam_width` from the axis,
+/// from there on less in proportion to the angle, and not at all from `cutoff_angle` on, as in Mitsuba.
+#[derive(Clone, Debug)]
+pub struct Spot {
+    to_local: DAffine3,
+    position: DVec3,
+    intensity: Rgb,
+    /// In radians.
+    beam_width: f64,
+    cutoff: f64,
+}
+
+const ANGLE: Range = Range { min: 0.0, max: 180.0, open: true };
+
+impl Described for Spot {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Emitter,
+        name: "spot",
+        summary: "A point that shines in a cone, less towards its edge.",
+        params: &[
+            Param::new("intensity", Kind::Rgb, "1", "its intensity near the axis in W/sr").within(Range::LIGHT),
+            Param::new("cutoff_angle", Kind::Float, "20", "degrees from the axis at which it ends").within(ANGLE),
+            Param::optional(
+                "beam_width",
+                Kind::Float,
+                "3/4 of cutoff_angle",
+                "degrees from the axis up to which it is full",
+            )
+            .within(Range { min: 0.0, max: 180.0, open: false }),
+            Param::optional("to_world", Kind::Transform, "the identity", "its place; it shines along +z"),
+        ],
+        examples: &[
+            r#"<emitter type="spot"><rgb name="intensity" value="30, 20, 10"/><float name="cutoff_angle" value="25"/>
+                <transform name="to_world"><lookat origin="1, 2, -1" target="0, 0, 0"/></transform></emitter>"#,
+        ],
+        evidence: &["radiometry/spot", "reference/materials"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        let to_world = params.transform("to_world")?;
+        let to_local = to_world.inverse();
+        if !to_local.is_finite() {
+            return Err(params.error("to_world", "the spot light has no direction left after its transform"));
+        }
+        let cutoff = params.float("cutoff_angle")?;
+        let beam_width = params.optional_float("beam_width")?.unwrap_or(0.75 * cutoff);
+        if beam_width > cutoff {
+            let error = params.error("beam_width", format!("beam_width {beam_width} is beyond cutoff_angle {cutoff}"));
+            return Err(error.hint("the beam must lie within the cone"));
+        }
+        Ok(Self {
+            to_local,
+            position: to_world.translation,
+            intensity: params.rgb("intensity")?,
+            beam_width: beam_width.to_radians(),
+            cutoff: cutoff.to_radians(),
+        })
+    }
+}
+
+impl Spot {
+    /// The share of the full intensity in a direction of the world.
+    fn falloff(&self, direction: DVec3) -> f64 {
+        let local = self.to_local.transform_vector3(direction);
+        let angle = local.truncate().length().atan2(local.z);
+        if angle >= self.cutoff {
+            0.0
+        } else if angle <= self.beam_width {
+            1.0
+        } else {
+            (self.cutoff - angle) / (self.cutoff - self.beam_width)
+        }
+    }
+}
+
+impl Model for Spot {
+    fn sample_towards(&self, _shape: Option<&Shape>, from: DVec3, _u: DVec2) -> Option<Incident> {
+        let way = self.position - from;
+        let distance_squared = way.length_squared();
+        let falloff = self.falloff(-way);
+        if distance_squared == 0.0 || falloff == 0.0 {
+            return None;
+        }
+        Some(Incident {
+            direction: way / distance_squared.sqrt(),
+            shadow_ray: Ray::between(from, self.position),
+            value: self.intensity * (falloff / distance_squared),
+            density: None,
+        })
+    }
+}
