@@ -9,7 +9,7 @@ use anyhow::Context as _;
 use clap::Args;
 use etendue::{
     film::{Image, exr, picture},
-    integrator::Overrides,
+    integrator::{Model as _, Overrides},
     node::{Document, xml},
     provenance,
     render::{Pass, Renderer},
@@ -142,7 +142,8 @@ impl Render {
             ("etendue.spp", pass.samples.to_string()),
             ("etendue.seed", pass.seed.to_string()),
         ];
-        Ok(attributes.map(|(name, value)| (name.to_owned(), value)).into())
+        let not_physical = renderer.integrator.not_physical().map(|what| ("etendue.not_physical", what.to_owned()));
+        Ok(attributes.into_iter().chain(not_physical).map(|(name, value)| (name.to_owned(), value)).collect())
     }
 
     fn write(&self, outputs: &Outputs, image: &Image) -> anyhow::Result<()> {

@@ -9,7 +9,8 @@ use crate::{
 };
 
 /// Layers that show what the first surface is like, beside the image of another integrator if there is one inside.
-/// Each is the mean over the pixel's samples, of 0 where there is no surface.
+/// Each is the mean over the pixel's samples, of 0 where there is no surface. `wireframe` is 1 on the edges of the
+/// triangles of meshes, in lines as wide as a pixel, and 0 elsewhere.
 #[derive(Clone, Debug)]
 pub struct Aov {
     layers: Vec<(String, Quantity)>,
@@ -26,11 +27,12 @@ enum Quantity {
     Albedo,
     PrimIndex,
     ShapeIndex,
+    Wireframe,
     SampleCount,
 }
 
 /// The one list of what a layer can show: the word in `aovs`, and the channels.
-const QUANTITIES: [(&str, Quantity, &[&str]); 9] = [
+const QUANTITIES: [(&str, Quantity, &[&str]); 10] = [
     ("depth", Quantity::Depth, &["T"]),
     ("position", Quantity::Position, &["X", "Y", "Z"]),
     ("uv", Quantity::Uv, &["U", "V"]),
@@ -39,6 +41,7 @@ const QUANTITIES: [(&str, Quantity, &[&str]); 9] = [
     ("albedo", Quantity::Albedo, &["R", "G", "B"]),
     ("prim_index", Quantity::PrimIndex, &["I"]),
     ("shape_index", Quantity::ShapeIndex, &["I"]),
+    ("wireframe", Quantity::Wireframe, &["Y"]),
     ("sample_count", Quantity::SampleCount, &["N"]),
 ];
 
@@ -58,6 +61,7 @@ impl Quantity {
             Self::Albedo => scene.bsdf(vertex).albedo(surface.uv).write_to_slice(out),
             Self::PrimIndex => out[0] = f64::from(surface.primitive),
             Self::ShapeIndex => out[0] = vertex.part as f64,
+            Self::Wireframe => out[0] = f64::from(scene.is_on_edge(vertex)),
             Self::SampleCount => {}
         }
     }
@@ -73,7 +77,7 @@ impl Described for Aov {
                 "aovs",
                 Kind::String,
                 "layers as name:quantity, separated by commas; quantities: depth, position, uv, geo_normal, sh_normal, \
-                 albedo, prim_index, shape_index, sample_count",
+                 albedo, prim_index, shape_index, wireframe, sample_count",
             ),
             Param::optional(
                 "integrator",
@@ -83,7 +87,7 @@ impl Described for Aov {
             ),
         ],
         examples: &[
-            r#"<integrator type="aov"><string name="aovs" value="dd:depth,nn:sh_normal"/><integrator type="path"/></integrator>"#,
+            r#"<integrator type="aov"><string name="aovs" value="dd:depth,nn:sh_normal,edges:wireframe"/><integrator type="path"/></integrator>"#,
         ],
         evidence: &["reference/aov-still-life", "film/aov"],
     };
@@ -125,6 +129,10 @@ fn check_names(params: &Params<'_>, layers: &[(String, Quantity)], mut taken: Ve
 }
 
 impl Model for Aov {
+    fn not_physical(&self) -> Option<&'static str> {
+        self.child.as_ref().and_then(|child| child.not_physical())
+    }
+
     fn needs_light(&self) -> bool {
         self.child.as_ref().is_some_and(|child| child.needs_light())
     }

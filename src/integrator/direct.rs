@@ -1,11 +1,11 @@
-use super::{HIDE_EMITTERS, Model, first_vertex};
+use super::{HIDE_EMITTERS, Model, TRANSPARENT_SHADOWS, first_vertex, not_physical, read_shadows};
 use crate::{
     bsdf::{Lobe, Model as _},
     math::{PerSolidAngle, Ray, Rgb},
     node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
     sampler::{Numbers as _, PathNumbers},
     scene::Scene,
-    transport::{Junction, power_heuristic},
+    transport::{Junction, Shadows, power_heuristic},
 };
 
 /// Light that is emitted towards the camera or scattered once, with so many samples of lights and of the BSDF,
@@ -15,6 +15,7 @@ pub struct Direct {
     emitter_samples: u32,
     bsdf_samples: u32,
     hide_emitters: bool,
+    shadows: Shadows,
 }
 
 const COUNT: Range = Range { min: 0.0, max: 1e6, open: false };
@@ -30,6 +31,7 @@ impl Described for Direct {
             Param::optional("emitter_samples", Kind::Integer, "shading_samples", "samples of lights").within(COUNT),
             Param::optional("bsdf_samples", Kind::Integer, "shading_samples", "samples of the bsdf").within(COUNT),
             HIDE_EMITTERS,
+            TRANSPARENT_SHADOWS,
         ],
         examples: &[r#"<integrator type="direct"><integer name="emitter_samples" value="2"/></integrator>"#],
         evidence: &["radiometry/direct-strategies", "reference/sun-and-bulb"],
@@ -48,20 +50,29 @@ impl Described for Direct {
         if emitter_samples + bsdf_samples == 0 {
             return Err(SceneError::at(&params.object().place, "the integrator has no samples at all"));
         }
-        Ok(Self { emitter_samples, bsdf_samples, hide_emitters: params.boolean(HIDE_EMITTERS.name)? })
+        let shadows = read_shadows(params)?;
+        if shadows == Shadows::Transparent && emitter_samples == 0 {
+            let error = params.error(TRANSPARENT_SHADOWS.name, "transparent shadows need samples of lights");
+            return Err(error.hint("set emitter_samples to 1 or more"));
+        }
+        Ok(Self { emitter_samples, bsdf_samples, hide_emitters: params.boolean(HIDE_EMITTERS.name)?, shadows })
     }
 }
 
 impl Model for Direct {
+    fn not_physical(&self) -> Option<&'static str> {
+        not_physical(self.shadows)
+    }
+
     fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, _layers: &mut [f64]) -> Rgb {
         let Some(vertex) = first_vertex(scene, ray, self.hide_emitters) else {
             return if self.hide_emitters { Rgb::ZERO } else { scene.sky(ray.direction) };
         };
-        let mut radiance = if self.hide_emitters { Rgb::ZERO } else { scene.emitted(&vertex) };
+        let mut radiance = scene.glow(&vertex) + if self.hide_emitters { Rgb::ZERO } else { scene.emitted(&vertex) };
         let shares = [f64::from(self.emitter_samples), f64::from(self.bsdf_samples)];
         let junction = Junction::new(scene, vertex);
         for _ in 0..self.emitter_samples {
-            radiance += junction.connect(scene, numbers, shares) / shares[0];
+            radiance += junction.connect(scene, numbers, shares, self.shadows) / shares[0];
         }
         for _ in 0..self.bsdf_samples {
             radiance += by_bsdf(scene, &junction, numbers, shares) / shares[1];
@@ -78,6 +89,7 @@ fn by_bsdf(scene: &Scene, junction: &Junction<'_>, numbers: &mut PathNumbers, sh
     let direction = junction.vertex.surface.shading.to_world(sample.wo);
     let met = scene.intersect(&Ray::leaving(junction.p(), direction));
     let light = met.map_or_else(|| scene.sky(direction), |vertex| scene.emitted(&vertex));
+    let glow = met.map_or(Rgb::ZERO, |vertex| scene.glow(&vertex));
     let weight = match sample.lobe {
         Lobe::Smooth => {
             let by_light = scene.light_density(junction.p(), met.as_ref());
@@ -85,5 +97,5 @@ fn by_bsdf(scene: &Scene, junction: &Junction<'_>, numbers: &mut PathNumbers, sh
         }
         Lobe::Delta | Lobe::Null => 1.0,
     };
-    weight * sample.weight * light
+    sample.weight * (weight * light + glow)
 }

@@ -21,6 +21,7 @@ use crate::{
     },
     sampler::PathNumbers,
     scene::{Scene, Vertex},
+    transport::Shadows,
 };
 
 /// What an integrator answers.
@@ -28,6 +29,11 @@ pub trait Model {
     /// Layers beside the beauty.
     fn layers(&self) -> Vec<LayerSpec> {
         Vec::new()
+    }
+
+    /// What about its image is not physical, if anything.
+    fn not_physical(&self) -> Option<&'static str> {
+        None
     }
 
     /// Whether its image is black without light.
@@ -61,6 +67,10 @@ impl Model for Integrator {
         each_integrator!(self, integrator => integrator.layers())
     }
 
+    fn not_physical(&self) -> Option<&'static str> {
+        each_integrator!(self, integrator => integrator.not_physical())
+    }
+
     fn needs_light(&self) -> bool {
         each_integrator!(self, integrator => integrator.needs_light())
     }
@@ -72,6 +82,12 @@ impl Model for Integrator {
 
 const HIDE_EMITTERS: Param =
     Param::new("hide_emitters", Kind::Boolean, "false", "whether the camera sees through lights, and a black sky");
+const TRANSPARENT_SHADOWS: Param = Param::new(
+    "transparent_shadows",
+    Kind::Boolean,
+    "false",
+    "whether connections to lights pass glass, unbent and weighted by its transmittance; not physical",
+);
 const MAX_DEPTH: Param =
     Param::new("max_depth", Kind::Integer, "-1", "segments of the longest path; 1 is emission only, -1 no limit")
         .within(Range { min: -1.0, max: 4_294_967_295.0, open: false });
@@ -91,6 +107,17 @@ impl Depths {
         let roulette = params.integer(RR_DEPTH.name)?.unsigned_abs() as u32;
         Ok(Self { max: u32::try_from(max).unwrap_or(u32::MAX), roulette })
     }
+}
+
+/// Whether shadows of glass are transparent.
+fn read_shadows(params: &Params<'_>) -> Result<Shadows, SceneError> {
+    let transparent = params.boolean(TRANSPARENT_SHADOWS.name)?;
+    Ok(if transparent { Shadows::Transparent } else { Shadows::Opaque })
+}
+
+/// What an image with such shadows says of itself.
+fn not_physical(shadows: Shadows) -> Option<&'static str> {
+    (shadows == Shadows::Transparent).then_some(TRANSPARENT_SHADOWS.name)
 }
 
 /// What the camera sees first. With `hide_emitters` it looks through every light.

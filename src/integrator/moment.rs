@@ -33,6 +33,10 @@ impl Described for Moment {
 }
 
 impl Model for Moment {
+    fn not_physical(&self) -> Option<&'static str> {
+        self.child.not_physical()
+    }
+
     fn needs_light(&self) -> bool {
         self.child.needs_light()
     }

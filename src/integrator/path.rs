@@ -1,20 +1,26 @@
-use super::{Depths, HIDE_EMITTERS, MAX_DEPTH, Model, RR_DEPTH, first_vertex};
+use super::{
+    Depths, HIDE_EMITTERS, MAX_DEPTH, Model, RR_DEPTH, TRANSPARENT_SHADOWS, first_vertex, not_physical, read_shadows,
+};
 use crate::{
     bsdf::{Lobe, Model as _},
     math::{PerSolidAngle, Ray, Rgb},
     node::{Category, Described, Params, Plugin, SceneError},
     sampler::{Numbers as _, PathNumbers},
     scene::{Scene, Vertex},
-    transport::{Junction, power_heuristic, survival},
+    transport::{Junction, Shadows, power_heuristic, survival},
 };
 
 /// Path tracing with next event estimation and multiple importance sampling by the power heuristic, the same
 /// estimator as Mitsuba's `path`. Paths `L(S|D)*E`, but light from a point or a direction only where the vertex next
 /// to it is not a mirror or glass.
+///
+/// With `transparent_shadows`, which is not physical, light reaches a surface straight through glass, weighted by the
+/// transmittance at every face; what paths find through the same glass on their bent ways is left out instead.
 #[derive(Clone, Debug)]
 pub struct Path {
     depths: Depths,
     hide_emitters: bool,
+    shadows: Shadows,
 }
 
 impl Described for Path {
@@ -22,13 +28,17 @@ impl Described for Path {
         category: Category::Integrator,
         name: "path",
         summary: "Path tracing with next event estimation and multiple importance sampling.",
-        params: &[MAX_DEPTH, RR_DEPTH, HIDE_EMITTERS],
+        params: &[MAX_DEPTH, RR_DEPTH, HIDE_EMITTERS, TRANSPARENT_SHADOWS],
         examples: &[r#"<integrator type="path"><integer name="max_depth" value="8"/></integrator>"#],
         evidence: &["radiometry/*", "fresnel/slab", "fresnel/etendue", "transport/*", "reference/*"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
-        Ok(Self { depths: Depths::read(params)?, hide_emitters: params.boolean(HIDE_EMITTERS.name)? })
+        Ok(Self {
+            depths: Depths::read(params)?,
+            hide_emitters: params.boolean(HIDE_EMITTERS.name)?,
+            shadows: read_shadows(params)?,
+        })
     }
 }
 
@@ -47,6 +57,10 @@ impl Segment<'_> {
 }
 
 impl Model for Path {
+    fn not_physical(&self) -> Option<&'static str> {
+        not_physical(self.shadows)
+    }
+
     fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, _layers: &mut [f64]) -> Rgb {
         if self.depths.max == 0 {
             return Rgb::ZERO;
@@ -57,19 +71,21 @@ impl Model for Path {
         let mut met = first_vertex(scene, ray, self.hide_emitters);
         let mut direction = ray.direction;
         let mut emission_weight = if self.hide_emitters { 0.0 } else { 1.0 };
+        // Whether a connection has looked for the light in this direction past all glass.
+        let mut is_sought = false;
         for depth in 1.. {
             // Light that is met by chance.
             let Some(vertex) = met else {
                 return radiance + emission_weight * throughput * scene.sky(direction);
             };
-            radiance += emission_weight * throughput * scene.emitted(&vertex);
+            radiance += throughput * (emission_weight * scene.emitted(&vertex) + scene.glow(&vertex));
             if depth >= self.depths.max {
                 break;
             }
 
             // Light that is sought.
             let junction = Junction::new(scene, vertex);
-            radiance += throughput * junction.connect(scene, numbers, [1.0, 1.0]);
+            radiance += throughput * junction.connect(scene, numbers, [1.0, 1.0], self.shadows);
 
             // Go on.
             let Some(sample) = junction.bsdf.sample(&junction.query, numbers.next_1d(), numbers.next_2d()) else {
@@ -89,8 +105,12 @@ impl Model for Path {
             }
             direction = vertex.surface.shading.to_world(sample.wo);
             met = scene.intersect(&Ray::leaving(junction.p(), direction));
-            let drawn = (sample.lobe == Lobe::Smooth).then_some((&junction, sample.density));
-            emission_weight = Segment { drawn }.weight(scene, met.as_ref());
+            let is_smooth = sample.lobe == Lobe::Smooth;
+            let passes = sample.wo.z * junction.query.wi.z < 0.0;
+            is_sought = self.shadows == Shadows::Transparent && (is_smooth || is_sought && passes);
+            let drawn = is_smooth.then_some((&junction, sample.density));
+            let is_found_twice = is_sought && !is_smooth;
+            emission_weight = if is_found_twice { 0.0 } else { Segment { drawn }.weight(scene, met.as_ref()) };
         }
         radiance
     }

@@ -4,10 +4,10 @@ use std::collections::{HashMap, HashSet};
 
 use super::{Light, Part, Scene};
 use crate::{
-    bsdf::{Bsdf, Diffuse},
+    bsdf::{Bsdf, Diffuse, Model as _},
     emitter::{Emitter, Model as _},
     math::Rgb,
-    node::{Category, Document, FARTHEST, Kind, ObjectId, Param, Params, Plugin, SceneError},
+    node::{Category, Document, FARTHEST, Kind, ObjectId, Param, Params, Place, Plugin, SceneError},
     sensor::Sensor,
     shape::{Model as _, Shape, Shapes},
 };
@@ -69,10 +69,34 @@ fn check_hints(params: &Params<'_>) -> Result<(), SceneError> {
     Ok(())
 }
 
+/// Makes sure that a shape, as far as it is finite, lies where arithmetic is good.
+fn check_reach(shape: &Shape, place: &Place) -> Result<(), SceneError> {
+    let bounds = shape.bounds();
+    let is_too_far = |x: f64| x.is_finite() && x.abs() > FARTHEST;
+    let coordinates = [bounds.min, bounds.max].map(|corner| corner.to_array());
+    if !coordinates.into_iter().flatten().any(is_too_far) {
+        return Ok(());
+    }
+    let error = SceneError::at(place, "the shape reaches too far");
+    Err(error.hint(format!("no coordinate may be beyond {FARTHEST:e}")))
+}
+
+/// Makes sure that glass has an inside.
+fn check_closed<'b>(shape: &Shape, mut bsdfs: impl Iterator<Item = &'b Bsdf>, place: &Place) -> Result<(), SceneError> {
+    if !bsdfs.any(Bsdf::is_interface) {
+        return Ok(());
+    }
+    shape.open_edges().map_or(Ok(()), |edges| {
+        let error = SceneError::at(place, format!("glass has no inside here: {edges}"));
+        Err(error.hint("close the mesh, or set allow_open to true if it is only a surface between two media"))
+    })
+}
+
 struct Builder<'d> {
     document: &'d Document,
     shapes: Vec<Shape>,
     parts: Vec<Part>,
+    materials: Vec<usize>,
     bsdfs: Vec<Bsdf>,
     /// Which bsdf an element has become, for elements that several shapes refer to.
     known_bsdfs: HashMap<ObjectId, usize>,
@@ -90,6 +114,7 @@ impl<'d> Builder<'d> {
             document,
             shapes: Vec::new(),
             parts: Vec::new(),
+            materials: Vec::new(),
             bsdfs: Vec::new(),
             known_bsdfs: HashMap::new(),
             lights: Vec::new(),
@@ -154,30 +179,43 @@ impl<'d> Builder<'d> {
     fn shape(&mut self, id: ObjectId) -> Result<(), SceneError> {
         let params = Shape::params(self.document, id)?;
         let shape = Shape::read_from(&params)?;
-        let bounds = shape.bounds();
-        if bounds.min.min_element() < -FARTHEST || bounds.max.max_element() > FARTHEST {
-            let error = SceneError::at(&params.object().place, "the shape reaches too far");
-            return Err(error.hint(format!("no coordinate may be beyond {FARTHEST:e}")));
-        }
+        let place = &self.document.object(id).place;
+        check_reach(&shape, place)?;
         if shape.dropped() > 0 {
-            let place = &self.document.object(id).place;
             self.warnings.push(format!("{place}: triangles without area are left out: {}", shape.dropped()));
         }
         let emitter = params.child(Category::Emitter)?;
-        let bsdf = match params.child(Category::Bsdf)? {
-            Some(id) => self.bsdf(id)?,
-            // Lights without a material are black, other shapes grey, as in Mitsuba.
-            None => self.push_bsdf(Diffuse::new(if emitter.is_some() { Rgb::ZERO } else { Rgb::splat(0.5) })),
-        };
+        let own = params.child(Category::Bsdf)?;
+        let first_material = self.push_materials(&shape, own, emitter.is_some())?;
+        check_closed(&shape, self.materials[first_material..].iter().map(|&bsdf| &self.bsdfs[bsdf]), place)?;
         params.finish()?;
         let part = self.parts.len();
+        let cannot_shine = shape.cannot_shine();
         self.shapes.push(shape);
-        self.parts.push(Part { bsdf, light: None });
+        self.parts.push(Part { first_material, light: None });
         if let Some(emitter) = emitter {
+            if let Some(hint) = cannot_shine {
+                let what = format!("a shape \"{}\" cannot be an area light", params.plugin().name);
+                return Err(SceneError::at(&self.document.object(emitter).place, what).hint(hint));
+            }
             self.light(emitter, Some(part))?;
             self.parts[part].light = Some(self.lights.len() - 1);
         }
         Ok(())
+    }
+
+    /// Adds the materials of all leaves of a shape and returns where they begin.
+    fn push_materials(&mut self, shape: &Shape, own: Option<ObjectId>, is_light: bool) -> Result<usize, SceneError> {
+        let usual = match own {
+            Some(id) => self.bsdf(id)?,
+            // Lights without a material are black, other shapes grey, as in Mitsuba.
+            None => self.push_bsdf(Diffuse::new(if is_light { Rgb::ZERO } else { Rgb::splat(0.5) })),
+        };
+        let materials = shape.materials().iter().map(|leaf| leaf.map_or(Ok(usual), |id| self.bsdf(id)));
+        let materials = materials.collect::<Result<Vec<_>, _>>()?;
+        let first = self.materials.len();
+        self.materials.extend(materials);
+        Ok(first)
     }
 
     fn push_bsdf(&mut self, bsdf: impl Into<Bsdf>) -> usize {
@@ -221,6 +259,8 @@ impl<'d> Builder<'d> {
             sensor,
             shapes: Shapes::new(self.shapes),
             parts: self.parts,
+            materials: self.materials,
+            glows: self.bsdfs.iter().any(Bsdf::glows),
             bsdfs: self.bsdfs,
             lights: self.lights,
             sky: self.sky,

@@ -5,10 +5,10 @@ mod build;
 use glam::{DVec2, DVec3};
 
 use crate::{
-    bsdf::Bsdf,
+    bsdf::{Bsdf, Model as _, Query, Transport},
     emitter::{Emitter, Incident, Model as _},
     math::{PerSolidAngle, Ray, Rgb},
-    sensor::Sensor,
+    sensor::{Model as _, Sensor},
     shape::{Model as _, Shape, Shapes, Surface},
 };
 
@@ -20,17 +20,22 @@ pub struct Scene {
     shapes: Shapes,
     /// What else there is to know of each shape.
     parts: Vec<Part>,
+    /// Which bsdf each leaf of each part has, part after part.
+    materials: Vec<usize>,
     bsdfs: Vec<Bsdf>,
     lights: Vec<Light>,
     /// Which light is the sky.
     sky: Option<usize>,
+    /// Whether any material shows radiance by itself.
+    glows: bool,
     warnings: Vec<String>,
 }
 
-/// The material of a shape in the scene and what it emits.
+/// The materials of a shape in the scene and what it emits.
 #[derive(Debug)]
 struct Part {
-    bsdf: usize,
+    /// Where those of its leaves begin.
+    first_material: usize,
     light: Option<usize>,
 }
 
@@ -72,10 +77,38 @@ impl Scene {
         self.shapes.occlude(ray)
     }
 
+    /// Whether a vertex that the sensor sees lies on an edge of a mesh, as seen in lines one pixel wide.
+    #[must_use]
+    pub fn is_on_edge(&self, vertex: &Vertex) -> bool {
+        let distance = self.shapes[vertex.part].edge_distance(&vertex.surface);
+        distance.is_some_and(|distance| distance <= 0.5 * self.sensor.camera.pixel_width() * vertex.t)
+    }
+
+    /// What gets through to the end of a ray past surfaces that are transparent, without being bent, and whether there is
+    /// any such surface.
+    #[must_use]
+    pub fn straight_transmittance(&self, ray: &Ray) -> (Rgb, bool) {
+        let mut rest = *ray;
+        let mut share = Rgb::ONE;
+        let mut is_crossed = false;
+        while let Some(vertex) = self.intersect(&rest) {
+            let wi = vertex.surface.shading.to_local(vertex.back);
+            let query = Query { wi, uv: vertex.surface.uv, transport: Transport::Radiance };
+            let Some(transmittance) = self.bsdf(&vertex).straight_transmittance(&query) else {
+                return (Rgb::ZERO, is_crossed);
+            };
+            share *= transmittance;
+            is_crossed = true;
+            rest.t_min = vertex.t + Ray::leaving_distance(vertex.surface.p) / ray.direction.length();
+        }
+        (share, is_crossed)
+    }
+
     /// The material at a vertex.
     #[must_use]
     pub fn bsdf(&self, vertex: &Vertex) -> &Bsdf {
-        &self.bsdfs[self.parts[vertex.part].bsdf]
+        let leaf = self.parts[vertex.part].first_material + vertex.surface.leaf as usize;
+        &self.bsdfs[self.materials[leaf]]
     }
 
     /// The radiance that a vertex emits back along the ray that met it.
@@ -86,6 +119,13 @@ impl Scene {
             Some(light) => self.lights[light].emitter.surface_radiance(&vertex.surface, vertex.back),
             None => Rgb::ZERO,
         }
+    }
+
+    /// The radiance that the material at a vertex shows by itself.
+    #[inline]
+    #[must_use]
+    pub fn glow(&self, vertex: &Vertex) -> Rgb {
+        if self.glows { self.bsdf(vertex).glow(&vertex.surface) } else { Rgb::ZERO }
     }
 
     /// Whether a vertex lies on a light.
@@ -139,7 +179,7 @@ impl Scene {
     /// Whether anything shines.
     #[must_use]
     pub fn has_lights(&self) -> bool {
-        !self.lights.is_empty()
+        !self.lights.is_empty() || self.glows
     }
 
     /// What a careful user would want to know: dropped triangles.

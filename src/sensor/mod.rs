@@ -21,6 +21,9 @@ pub trait Model {
     /// The ray whose radiance a sample measures: through a position on the film, in pixels from its top left corner,
     /// and a point of the lens. Its direction has unit length. Every such ray counts the same.
     fn ray(&self, film: DVec2, lens: DVec2) -> Ray;
+
+    /// How wide a pixel is at a distance of 1.
+    fn pixel_width(&self) -> f64;
 }
 
 catalogue! { ($)
@@ -37,6 +40,10 @@ impl Model for Camera {
     #[inline]
     fn ray(&self, film: DVec2, lens: DVec2) -> Ray {
         each_camera!(self, camera => camera.ray(film, lens))
+    }
+
+    fn pixel_width(&self) -> f64 {
+        each_camera!(self, camera => camera.pixel_width())
     }
 }
 

@@ -31,4 +31,8 @@ impl Model for Perspective {
     fn ray(&self, film: DVec2, _lens: DVec2) -> Ray {
         self.projection.ray(DVec3::ZERO, self.projection.direction(film))
     }
+
+    fn pixel_width(&self) -> f64 {
+        self.projection.pixel.x
+    }
 }

@@ -52,4 +52,8 @@ impl Model for ThinLens {
         let focus = self.focus_distance * self.projection.direction(film);
         self.projection.ray(origin, focus - origin)
     }
+
+    fn pixel_width(&self) -> f64 {
+        self.projection.pixel.x
+    }
 }

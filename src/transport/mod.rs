@@ -16,6 +16,15 @@ pub fn power_heuristic(ours: PerSolidAngle, other: PerSolidAngle) -> f64 {
     if ours > 0.0 { ours / (ours + other) } else { 0.0 }
 }
 
+/// What stands in the way of a connection to a light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shadows {
+    /// Every surface.
+    Opaque,
+    /// Opaque surfaces alone; transparent ones let their transmittance through, and do not bend light. Not physical.
+    Transparent,
+}
+
 /// A vertex of a path that comes from the camera, seen in its shading frame.
 pub struct Junction<'s> {
     /// The vertex.
@@ -46,7 +55,7 @@ impl<'s> Junction<'s> {
     /// two strategies of which the other is to sample the BSDF. `shares` are the numbers of samples of both, of lights
     /// first, in any unit.
     #[inline]
-    pub fn connect(&self, scene: &Scene, numbers: &mut impl Numbers, shares: [f64; 2]) -> Rgb {
+    pub fn connect(&self, scene: &Scene, numbers: &mut impl Numbers, shares: [f64; 2], shadows: Shadows) -> Rgb {
         // A delta lobe cannot be found by connection: only a sampled ray reaches a light through it.
         if !self.bsdf.is_smooth() {
             return Rgb::ZERO;
@@ -56,11 +65,21 @@ impl<'s> Junction<'s> {
         };
         let wo = self.vertex.surface.shading.to_local(incident.direction);
         let scattered = self.bsdf.eval_cos(&self.query, wo) * incident.value;
-        if scattered == Rgb::ZERO || scene.occluded(&incident.shadow_ray) {
+        if scattered == Rgb::ZERO {
             return Rgb::ZERO;
         }
+        let (share, is_crossed) = match shadows {
+            Shadows::Opaque => (if scene.occluded(&incident.shadow_ray) { Rgb::ZERO } else { Rgb::ONE }, false),
+            Shadows::Transparent => scene.straight_transmittance(&incident.shadow_ray),
+        };
+        if share == Rgb::ZERO {
+            return Rgb::ZERO;
+        }
+        let scattered = share * scattered;
         match incident.density {
             None => scattered,
+            // A sampled direction does not find light straight through glass.
+            Some(density) if is_crossed => scattered / density.0,
             Some(density) => {
                 let by_bsdf = self.bsdf.density(&self.query, wo);
                 let weight =
