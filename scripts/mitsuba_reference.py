@@ -33,6 +33,9 @@ except ModuleNotFoundError as error:
     print(f"{error}; run: pip install -r scripts/requirements.txt", file=sys.stderr)
     sys.exit(2)
 
+import mitsuba_bsdfs
+from user_error import UserError
+
 ROOT = Path(__file__).resolve().parent.parent
 SCENES = ROOT / "assets" / "scenes"
 REFERENCES = ROOT / "reference"
@@ -68,10 +71,6 @@ LLVM_FOLDERS = (
 OLDEST_LLVM = 19
 
 Params = Mapping[str, str]
-
-
-class UserError(Exception):
-    """A fault of the input or of the environment; its text is one line for the user, and the exit code is 2."""
 
 
 # --- the renderer ------------------------------------------------------------------------------------------------------
@@ -131,6 +130,7 @@ def start_mitsuba() -> Renderer:
     variant = "scalar_rgb" if library is None else "llvm_ad_rgb"
     mi.set_variant(variant)
     mi.set_log_level(mi.LogLevel.Error)
+    mitsuba_bsdfs.register(mi)
     return Renderer(mi, variant, "none" if library is None else full_llvm_version(library))
 
 
