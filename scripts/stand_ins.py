@@ -1,9 +1,11 @@
 """Stand-ins for the plugins of ours that Mitsuba lacks, put in place of them into the nodes of a parsed scene.
 
 - `plane` is a square, `triangle` and `kcply` are meshes; `cone`, `paraboloid`, `hyperboloid` and `quadric` fine meshes
-- `ellipsoid`, an ellipsoidal `quadric`, and a `sphere` or `cylinder` of unequal scales are exact: instances of unit shapes;
+- `ellipsoid`, an ellipsoidal `quadric`, and a `sphere` or `cylinder` of unequal scales are instances of unit shapes: exact but
+  for single precision, in which Mitsuba meets them (seen from d radii, they are off by 3e-7 d^2 of a radius at most);
   those that shine are fine meshes, since Mitsuba instances no lights
-- `csg` is exact as far as its operands are: the surface of each, masked where it does not bound the solid
+- `csg` is exact as far as its operands are: the surface of each, masked where it does not bound the solid. No surface may
+  coincide with one that is masked away: a ray that passes the one misses the other
 - `normals` is an emitter, `phong`, `metal` and `schlick` are BSDFs of mitsuba_bsdfs
 """
 
@@ -95,6 +97,14 @@ class Tree:
         yield
         self.state.nodes[node].props = saved
 
+    @contextmanager
+    def faults_at(self, node: int) -> Iterator[None]:
+        """Say of a fault of numbers where it is."""
+        try:
+            yield
+        except ValueError as error:
+            raise self.error(node, str(error)) from error
+
     def error(self, node: int, text: str) -> UserError:
         place = self.mi.parser.file_location(self.state, self.state.nodes[node])
         return UserError(f"{place}: {self.plugin(node)}: {text}")
@@ -129,7 +139,8 @@ class StandIns:
             "quadric": self.quadric,
         }.get(self.tree.plugin(node))
         if replace:
-            replace(node)
+            with self.tree.faults_at(node):
+                replace(node)
 
     def mesh(self, node: int, surface: Surface) -> None:
         """Turn a shape into a mesh in the coordinates of its to_world."""
@@ -251,10 +262,8 @@ class StandIns:
     def quadric_parameters(self, node: int) -> tuple[Quadric, Array, Array]:
         tree = self.tree
         text = tree.take(node, "coefficients", "")
-        try:
+        with tree.faults_at(node):
             coefficients = [float(word) for word in text.replace(",", " ").split()]
-        except ValueError as error:
-            raise tree.error(node, f"coefficients: {error}") from error
         corners = [tree.take(node, name, None) for name in ("bbox_min", "bbox_max")]
         if len(coefficients) != 10 or any(corner is None for corner in corners):
             raise tree.error(node, "needs ten coefficients, bbox_min and bbox_max")
@@ -310,7 +319,8 @@ class StandIns:
         tree.set_matrix(mantle, outer @ tree.take_matrix(mantle))
         with tree.unharmed(mantle):
             test, matrix, caps, box = self.solid(mantle)
-        leaf = Leaf(test, np.linalg.inv(matrix))
+        with tree.faults_at(node):
+            leaf = Leaf(test, np.linalg.inv(matrix))
         flipped ^= tree.take(mantle, "flip_normals", False)
         parts.append(_Part(leaf, mantle, bsdf, flipped, None))
         for z, radius, up in caps:

@@ -156,7 +156,7 @@ def hyperboloid(radius: float, axis: float, z_min: float, z_max: float, sheets: 
         t = np.linspace(np.arccosh(max(z_min / axis, 1.0)), np.arccosh(z_max / axis), ROWS + 1)
         pieces.append(_hyperbolic(radius, axis, (z_min, z_max), t, 1.0))
     if not pieces:
-        raise UserError(f"hyperboloid: neither of its two sheets reaches into z_min {z_min} to z_max {z_max}")
+        raise ValueError(f"neither of its two sheets reaches into z_min {z_min} to z_max {z_max}")
     return joined(pieces)
 
 
@@ -231,7 +231,7 @@ def quadric(shape: Quadric, low: Array, high: Array) -> Surface:
     values = shape.value(grid)
     triangles = _marched(values >= 0.0)
     if not len(triangles):
-        raise UserError("quadric: no surface in its box")
+        raise ValueError("no surface in its box")
     edges, index = np.unique(triangles.reshape(-1, 2), axis=0, return_inverse=True)
     a, b = grid[edges[:, 0]], grid[edges[:, 1]]
     t = _root(shape, a, b, values[edges[:, 0]], values[edges[:, 1]])[:, None]
