@@ -187,7 +187,10 @@ def register(mi: ModuleType) -> None:
             return dr.select(active, 0.5 * (mi.Color3f(si.sh_frame.n) + 1.0) * self.kept.eval_1(si, active), 0.0)
 
         def sample_direction(self, it: Any, sample: Any, active: Any = True) -> Any:
-            return dr.zeros(mi.DirectionSample3f), mi.Color3f(0.0)
+            # Dr.Jit makes no zeros of this type in the scalar variants.
+            ds = dr.zeros(mi.DirectionSample3f) if dr.is_jit_v(mi.Float) else mi.DirectionSample3f()
+            ds.pdf = 0.0
+            return ds, mi.Color3f(0.0)
 
         def pdf_direction(self, it: Any, ds: Any, active: Any = True) -> Any:
             return mi.Float(0.0)

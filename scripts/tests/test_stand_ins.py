@@ -1,6 +1,8 @@
 """What stands in for our plugins in Mitsuba: where rays meet it, against closed forms; masks; errors; provenance."""
 
 import math
+import subprocess
+import sys
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -492,6 +494,25 @@ def test_direct_sees_through_masks_as_far_as_direct_goes(load: Load, renderer: r
     assert np.percentile(masked / plain, 95) < 1.02 < np.percentile(deeper / plain, 95)
 
 
+GLASS = '<bsdf type="dielectric"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf>'
+
+
+def test_a_surface_masked_away_inside_glass_changes_nothing(load: Load, renderer: ref.Renderer) -> None:
+    """A glass ball, and the union of the same ball with a smaller one inside it."""
+    head = HEAD.replace('value="3"/></integrator>', 'value="8"/></integrator>')
+    plain = sphere_xml(0.0, 0.0, 1.2, 0.9, GLASS)
+    joined = csg_xml("union", GLASS, sphere_xml(0.0, 0.0, 1.2, 0.9), sphere_xml(0.1, 0.0, 1.2, 0.5))
+    images = []
+    for seed, body in enumerate((LIT + plain, LIT + joined)):
+        scene = load(body, head)
+        batches = [np.array(renderer.mi.render(scene, spp=512, seed=8 * seed + k))[..., :3] for k in range(8)]
+        images.append(np.array(batches).mean(axis=(1, 2)))
+    a, b = (batches.mean(axis=0) for batches in images)
+    error = np.sqrt(sum(batches.var(axis=0, ddof=1) for batches in images) / 8)
+    assert (np.abs(a - b) <= 5.0 * error).all()
+    assert (error <= 1e-2 * a).all()
+
+
 # --- normals --------------------------------------------------------------------------------------------------------------
 
 
@@ -573,6 +594,37 @@ def test_provenance_says_what_stood_in(renderer: ref.Renderer, tiny: Path, tmp_p
         "normals: Python emitter on a black surface",
         "path: volpath, which sees through masks",
     ]
+
+
+def test_the_scalar_variant_renders_the_same(renderer: ref.Renderer, tmp_path: Path) -> None:
+    """With everything that is written in Python, since there each call is of numbers instead of arrays."""
+    shapes = """<shape type="ellipsoid"><vector name="radii" value="0.3, 0.4, 0.5"/><point name="center" value="-1, 0, 1"/>
+      <bsdf type="phong"/></shape>
+      <shape type="sphere"><point name="center" value="-0.5, 0.8, 1"/><float name="radius" value="0.3"/>
+      <bsdf type="metal"><float name="roughness" value="0.4"/></bsdf></shape>"""
+    shapes += csg_xml(
+        "difference",
+        '<bsdf type="schlick"/>',
+        sphere_xml(0.3, 0.0, 1.0, 0.5),
+        sphere_xml(0.3, 0.0, 1.5, 0.4, '<bsdf type="normals"/>'),
+        PANE,
+    )
+    path = tmp_path / "scene.xml"
+    path.write_text(HEAD + LIT + POINT + shapes + "</scene>")
+    program = (
+        "import sys; import numpy as np; from pathlib import Path; import mitsuba_reference as ref\n"
+        "ref.newest_llvm = lambda: None\n"
+        "images = ref.render_batches(ref.start_mitsuba(), Path(sys.argv[1]), 48, 4).images\n"
+        "np.save(sys.argv[2], images)"
+    )
+    command = [sys.executable, "-c", program, str(path), str(tmp_path / "scalar.npy")]
+    subprocess.run(command, check=True, cwd=ref.ROOT / "scripts", env={"PATH": "/usr/bin:/bin"}, capture_output=True)
+    images = [ref.render_batches(renderer, path, 256, 4).images, np.load(tmp_path / "scalar.npy")]
+    # Bounded, so that the lamp does not drown the rest.
+    means = [np.minimum(batches, 1.0).mean(axis=(1, 2)) for batches in images]
+    error = np.sqrt(sum(m.var(axis=0, ddof=1) for m in means) / 4)
+    assert (np.abs(means[0].mean(axis=0) - means[1].mean(axis=0)) <= 6.0 * error + 5e-3 * means[0].mean(axis=0)).all()
+    assert (error <= 1e-2 * means[0].mean(axis=0)).all()
 
 
 @pytest.mark.parametrize("scene", sorted(ref.SCENES.glob("*.xml")), ids=lambda scene: scene.stem)
