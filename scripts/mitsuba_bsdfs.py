@@ -33,7 +33,7 @@ def register(mi: ModuleType) -> None:
         def diffuse_share(self, si: Any, active: Any) -> Any:
             """The probability of sampling the diffuse part."""
             kd, ks = mi.luminance(self.diffuse.eval(si, active)), mi.luminance(self.specular.eval(si, active))
-            return dr.select(kd + ks > 0.0, kd / (kd + ks), 1.0)
+            return kd / dr.maximum(kd + ks, 1e-20)
 
         def lobe(self, wi: Any, wo: Any) -> Any:
             """cos^n(alpha)."""
@@ -54,8 +54,7 @@ def register(mi: ModuleType) -> None:
             bs.sampled_type = dr.select(
                 is_diffuse, mi.UInt32(+mi.BSDFFlags.DiffuseReflection), mi.UInt32(+mi.BSDFFlags.GlossyReflection)
             )
-            weight = self.eval(ctx, si, bs.wo, active) / bs.pdf
-            return bs, dr.select(active & (bs.pdf > 0.0), weight, 0.0)
+            return bs, self.eval(ctx, si, bs.wo, active) / dr.maximum(bs.pdf, 1e-20)
 
         def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             active &= (si.wi.z > 0.0) & (wo.z > 0.0)
