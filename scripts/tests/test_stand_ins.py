@@ -513,6 +513,28 @@ def test_a_surface_masked_away_inside_glass_changes_nothing(load: Load, renderer
     assert (error <= 1e-2 * a).all()
 
 
+TUBE = '<shape type="cylinder"><point name="p0" value="-2, 0, 0"/><point name="p1" value="2, 0, 0.5"/></shape>'
+TUBE = TUBE.replace("/></shape>", '/><float name="radius" value="0.3"/></shape>')
+LENS = [sphere_xml(x, 0.0, 0.0, 1.0) for x in (-0.5, 0.5)]
+
+
+@pytest.mark.parametrize(
+    "solid",
+    [
+        csg_xml("intersection", GLASS.replace("dielectric", "schlick"), *LENS),
+        csg_xml("difference", GLASS, '<shape type="ellipsoid"><vector name="radii" value="1, 0.6, 0.8"/></shape>', TUBE),
+        csg_xml("intersection", GLASS, '<shape type="hyperboloid"><float name="radius" value="0.5"/></shape>', LENS[0]),
+    ],
+    ids=["lens", "drilled ellipsoid", "cut hyperboloid"],
+)
+def test_glass_is_invisible_under_an_even_sky(load: Load, renderer: ref.Renderer, solid: str) -> None:
+    """It would not be, were one of its surfaces missing, there twice, or turned inside out."""
+    head = HEAD.replace('value="3"/></integrator>', 'value="100"/><integer name="rr_depth" value="200"/></integrator>')
+    image = np.array(renderer.mi.render(load('<emitter type="constant"/>' + solid, head), spp=256))
+    assert np.abs(image.mean() - 1.0) < 5e-4
+    assert np.median(np.abs(image - 1.0)) < 1e-5
+
+
 # --- normals --------------------------------------------------------------------------------------------------------------
 
 
