@@ -17,6 +17,7 @@ import json
 import os
 import re
 import sys
+import tempfile
 import time
 import tomllib
 import xml.etree.ElementTree as ET
@@ -32,6 +33,10 @@ try:
 except ModuleNotFoundError as error:
     print(f"{error}; run: pip install -r scripts/requirements.txt", file=sys.stderr)
     sys.exit(2)
+
+import mitsuba_bsdfs
+import stand_ins
+from user_error import UserError
 
 ROOT = Path(__file__).resolve().parent.parent
 SCENES = ROOT / "assets" / "scenes"
@@ -68,10 +73,6 @@ LLVM_FOLDERS = (
 OLDEST_LLVM = 19
 
 Params = Mapping[str, str]
-
-
-class UserError(Exception):
-    """A fault of the input or of the environment; its text is one line for the user, and the exit code is 2."""
 
 
 # --- the renderer ------------------------------------------------------------------------------------------------------
@@ -131,6 +132,7 @@ def start_mitsuba() -> Renderer:
     variant = "scalar_rgb" if library is None else "llvm_ad_rgb"
     mi.set_variant(variant)
     mi.set_log_level(mi.LogLevel.Error)
+    mitsuba_bsdfs.register(mi)
     return Renderer(mi, variant, "none" if library is None else full_llvm_version(library))
 
 
@@ -268,7 +270,14 @@ def render_batches(renderer: Renderer, scene: Path, samples: int, batches: int, 
 
 
 def load_scene(renderer: Renderer, scene: Path, params: Params | None = None) -> Any:
-    """Load a scene for Mitsuba with an `independent` sampler in place of its own.
+    """Load a scene for Mitsuba; see `load_with_stand_ins`."""
+    return load_with_stand_ins(renderer, scene, params)[0]
+
+
+def load_with_stand_ins(renderer: Renderer, scene: Path, params: Params | None = None) -> tuple[Any, list[str]]:
+    """Load a scene for Mitsuba with an `independent` sampler in place of its own, and stand-ins for the plugins of ours.
+
+    Returns the scene, and what stands in for what: "cone: mesh of 392192 triangles".
 
     The standard errors need independent samples, and some of Mitsuba's other samplers are biased: with `ldsampler`, images of 64
     samples per pixel are off by half a per cent behind glass.
@@ -281,16 +290,23 @@ def load_scene(renderer: Renderer, scene: Path, params: Params | None = None) ->
             for name in list(node.props.keys()):
                 del node.props[name]
             node.props.set_plugin_name("independent")
-    mi.parser.transform_all(config, state)
-    # Meshes and textures are looked for beside the scene, as mi.load_file does.
-    usual = mi.file_resolver()
-    beside = mi.FileResolver(usual)
-    beside.prepend(str(scene.parent))
-    mi.set_file_resolver(beside)
-    try:
-        return mi.parser.instantiate(config, state)
-    finally:
-        mi.set_file_resolver(usual)
+    mi.parser.transform_upgrade(config, state)
+    mi.parser.transform_resolve(config, state)
+    with tempfile.TemporaryDirectory(prefix="etendue-stand-ins-") as folder:
+        used = stand_ins.put_in(mi, state, scene.parent, Path(folder))
+        if used:
+            # Neither knows about objects made in Python.
+            config.merge_equivalent = config.merge_meshes = False
+        mi.parser.transform_all(config, state)
+        # Meshes and textures are looked for beside the scene, as mi.load_file does.
+        usual = mi.file_resolver()
+        beside = mi.FileResolver(usual)
+        beside.prepend(str(scene.parent))
+        mi.set_file_resolver(beside)
+        try:
+            return mi.parser.instantiate(config, state), used
+        finally:
+            mi.set_file_resolver(usual)
 
 
 def exact_tolerance(loaded: Any) -> float:
@@ -400,6 +416,7 @@ def make_reference(
     reduction = reduce_batches(rendered.images)
     statistics = summary(rendered.images, reduction)
     _, height, width, _ = rendered.images.shape
+    loaded, used = load_with_stand_ins(renderer, scene, params)
     provenance = {
         "renderer": "mitsuba",
         "version": renderer.mi.__version__,
@@ -414,11 +431,12 @@ def make_reference(
         "width": width,
         "height": height,
         "deterministic_rule": DETERMINISTIC_RULE,
-        "exact_tolerance": exact_tolerance(load_scene(renderer, scene, params)),
+        "exact_tolerance": exact_tolerance(loaded),
         "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
         "command": command,
         "wall_seconds": round(rendered.wall_seconds, 1),
         "cpu_seconds": round(rendered.cpu_seconds, 1),
+        **({"stand_ins": used} if used else {}),
         "parameters": dict(params or {}),
         "files": files,
         "statistics": statistics,
@@ -452,7 +470,7 @@ def plane(values: NDArray[Any], kind: type[np.floating[Any]]) -> NDArray[Any]:
 
 
 def toml_text(table: Mapping[str, Any]) -> str:
-    """A table of strings, numbers, lists of numbers, and one level of sub-tables, as TOML."""
+    """A table of strings, numbers, lists of either, and one level of sub-tables, as TOML."""
     lines = [f"{_key(key)} = {_value(value)}" for key, value in table.items() if not isinstance(value, dict)]
     for name, inner in table.items():
         if isinstance(inner, dict):
