@@ -28,6 +28,7 @@ pub const SCALED: f64 = 1.005;
 pub fn laws() -> impl Iterator<Item = &'static Law> {
     let lists = [
         shape::laws::LAWS,
+        shape::laws::csg::LAWS,
         shape::mesh::laws::LAWS,
         bsdf::laws::LAWS,
         sampler::laws::LAWS,
@@ -35,8 +36,11 @@ pub fn laws() -> impl Iterator<Item = &'static Law> {
         sensor::laws::LAWS,
         integrator::laws::lights::LAWS,
         integrator::laws::rooms::LAWS,
+        integrator::laws::extras::LAWS,
         integrator::laws::glass::LAWS,
+        integrator::laws::optics::LAWS,
         render::laws::LAWS,
+        comparison::laws::LAWS,
     ];
     lists.into_iter().flatten()
 }

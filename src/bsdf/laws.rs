@@ -1,6 +1,6 @@
 //! What must hold for every BSDF of the list, over all its examples.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
@@ -9,7 +9,7 @@ use crate::{
     law::{Effort, Finding, Law, worst},
     math::{Rgb, rng::Stream, warp},
     node::xml,
-    stats::Chi2,
+    stats::{Chi2, Ks},
 };
 
 /// The laws of the list, and the closed forms of single members.
@@ -29,8 +29,8 @@ pub const LAWS: &[Law] = &[
     Law { name: "bsdf/weight", claim: "A sample's weight is eval_cos / density.", source: "definition", check: weight },
     Law {
         name: "bsdf/energy",
-        claim: "No more light leaves than arrives: the excess of the directional albedo over 1, per channel.",
-        source: "conservation of energy",
+        claim: "No more light leaves than arrives: the excess of the directional albedo over 1, per channel, towards the camera.",
+        source: "conservation of energy; metal is not reciprocal, and its adjoint exceeds 1 at grazing incidence",
         check: energy,
     },
     Law {
@@ -44,6 +44,27 @@ pub const LAWS: &[Law] = &[
         claim: "White metal of roughness 0.3 reflects 0.87735842 at normal incidence with GGX, 0.99975237 with Beckmann.",
         source: "∫ D(m) G₁(2θ) cos θ dm, one-dimensional quadrature of Walter et al. 2007 at normal incidence",
         check: rough_albedo,
+    },
+    Law {
+        name: "bsdf/phong",
+        claim: "The lobe of the modified Phong model has the directional albedo of its closed form at exponents 1, 10 and 50 and \
+                five angles, and the white-sky albedo that follows.",
+        source: "by Stokes' theorem, with a recursion over the exponent; equal to a two-dimensional quadrature to 1e-9",
+        check: phong,
+    },
+    Law {
+        name: "bsdf/metal",
+        claim: "Fuzzy metal has the density, the distribution and the directional albedo of their closed forms, at roughness \
+                below and above 1.",
+        source: "the ball's volume by direction: ∫ s² ds along chords; below the horizon, the volume of a cap",
+        check: metal,
+    },
+    Law {
+        name: "fresnel/schlick",
+        claim: "Schlick's approximation is off by 0.035693 at most at an index of 1.5, at 84.975 degrees, by as much from inside, \
+                by 0.059924 at 1.33 and 0.074036 at 2.4; its cosine-weighted mean is R0 + (1 - R0) / 21.",
+        source: "scan of the difference to Fresnel's equations; closed form of the mean",
+        check: schlick,
     },
     Law {
         name: "fresnel/table",
@@ -94,21 +115,15 @@ fn queries() -> impl Iterator<Item = (f64, Query)> {
 
 /// Cells of the histogram, in the cosine and in the azimuth.
 const CELLS: (usize, usize) = (24, 32);
-/// Points of the quadrature along each side of a cell: its error, as the inverse square of their number, must stay small
-/// beside the scatter, which falls as the root of the samples.
-fn points(effort: Effort) -> usize {
-    match effort {
-        Effort::Quick => 24,
-        Effort::Full => 48,
-    }
-}
+/// Points of the quadrature along each side of a cell to begin with, and at most.
+const POINTS: (usize, usize) = (24, 1536);
 
 fn chi2(effort: Effort) -> Vec<Finding> {
     let samples = effort.samples(60_000);
     let mut findings = Vec::new();
     for (i, (name, bsdf)) in (0..).zip(examples()).filter(|(_, (_, bsdf))| bsdf.is_smooth()) {
         for (theta, query) in queries() {
-            let expected = expected_counts(&bsdf, &query, f64::from(samples), points(effort));
+            let expected = expected_counts(&bsdf, &query, f64::from(samples));
             let observed = observed_counts(&bsdf, &query, samples, Stream::at(&[11, i, query.wi.x.to_bits()]));
             let subject = format!("{name}, incidence {theta}°");
             findings.push(match Chi2::goodness_of_fit(&observed, &expected, 5.0, 1) {
@@ -125,30 +140,46 @@ fn drawn_outside(observed: &[u64]) -> f64 {
     observed[..observed.len() - 1].iter().sum::<u64>() as f64
 }
 
-/// By cell, and last those that are lost.
-fn expected_counts(bsdf: &Bsdf, query: &Query, samples: f64, points: usize) -> Vec<f64> {
-    let mut expected = vec![0.0; CELLS.0 * CELLS.1 + 1];
-    let area = 2.0 * TAU / (CELLS.0 * CELLS.1 * points * points) as f64;
-    for (i, cell) in expected.iter_mut().take(CELLS.0 * CELLS.1).enumerate() {
-        for j in 0..points * points {
-            let along = |cell: usize, point: usize, cells: usize| {
-                (cell as f64 + (point as f64 + 0.5) / points as f64) / cells as f64
-            };
-            let z = 2.0 * along(i / CELLS.1, j / points, CELLS.0) - 1.0;
-            let (sin, cos) = (TAU * along(i % CELLS.1, j % points, CELLS.1)).sin_cos();
-            let radius = (1.0 - z * z).sqrt();
-            *cell += samples * area * bsdf.density(query, DVec3::new(radius * cos, radius * sin, z)).0;
-        }
-    }
+/// By cell, and last those that are lost or go in single directions.
+fn expected_counts(bsdf: &Bsdf, query: &Query, samples: f64) -> Vec<f64> {
+    let mut expected: Vec<f64> = (0..CELLS.0 * CELLS.1).map(|cell| expected_in(bsdf, query, samples, cell)).collect();
     let kept: f64 = expected.iter().sum();
-    expected[CELLS.0 * CELLS.1] = (samples - kept).max(0.0);
+    expected.push((samples - kept).max(0.0));
     expected
+}
+
+/// By the midpoint rule with ever more points, closer together towards the upper pole, until its error is small beside
+/// the scatter of the count.
+fn expected_in(bsdf: &Bsdf, query: &Query, samples: f64, cell: usize) -> f64 {
+    let count = |points: usize| {
+        let area = 2.0 * TAU / (CELLS.0 * CELLS.1 * points * points) as f64;
+        let middle = |point: usize| (point as f64 + 0.5) / points as f64;
+        let density = |j: usize| {
+            let s = middle(j / points);
+            let z = 2.0 * ((cell / CELLS.1 + 1) as f64 - s * s) / CELLS.0 as f64 - 1.0;
+            let azimuth = TAU * ((cell % CELLS.1) as f64 + middle(j % points)) / CELLS.1 as f64;
+            let radius = (1.0 - z * z).sqrt();
+            2.0 * s * bsdf.density(query, DVec3::new(radius * azimuth.cos(), radius * azimuth.sin(), z)).0
+        };
+        samples * area * (0..points * points).map(density).sum::<f64>()
+    };
+    let (mut points, mut before) = (POINTS.0, count(POINTS.0));
+    while points < POINTS.1 {
+        points *= 2;
+        let now = count(points);
+        if (now - before).abs() <= 0.002 * now.max(1.0).sqrt() {
+            return now;
+        }
+        before = now;
+    }
+    before
 }
 
 fn observed_counts(bsdf: &Bsdf, query: &Query, samples: u32, mut stream: Stream) -> Vec<u64> {
     let mut observed = vec![0; CELLS.0 * CELLS.1 + 1];
     for _ in 0..samples {
-        let cell = bsdf.sample(query, stream.next_1d(), stream.next_2d()).map_or(CELLS.0 * CELLS.1, |sample| {
+        let drawn = bsdf.sample(query, stream.next_1d(), stream.next_2d());
+        let cell = drawn.filter(|sample| sample.lobe == Lobe::Smooth).map_or(CELLS.0 * CELLS.1, |sample| {
             let z = (0.5 * (sample.wo.z + 1.0) * CELLS.0 as f64) as usize;
             let azimuth = sample.wo.y.atan2(sample.wo.x).rem_euclid(TAU) / TAU * CELLS.1 as f64;
             z.min(CELLS.0 - 1) * CELLS.1 + (azimuth as usize).min(CELLS.1 - 1)
@@ -158,10 +189,11 @@ fn observed_counts(bsdf: &Bsdf, query: &Query, samples: u32, mut stream: Stream)
     observed
 }
 
-/// Some samples of every example from every incidence.
+/// Some samples of every example from every incidence, of what comes from the camera and from lights.
 fn for_samples(mut visit: impl FnMut(&str, &Bsdf, &Query, &super::Sample)) {
     for (name, bsdf) in examples() {
-        for (_, query) in queries() {
+        let from_light = |(theta, query)| (theta, Query { transport: Transport::Flux, ..query });
+        for (_, query) in queries().chain(queries().map(from_light)) {
             let mut stream = Stream::at(&[12, query.wi.x.to_bits()]);
             for _ in 0..2000 {
                 if let Some(sample) = bsdf.sample(&query, stream.next_1d(), stream.next_2d()) {
@@ -195,8 +227,8 @@ fn energy(_: Effort) -> Vec<Finding> {
     worst(2e-3, |note| {
         for (name, bsdf) in examples() {
             for (_, query) in queries() {
-                let query = Query { transport: Transport::Flux, ..query };
-                note(&name, (smooth_albedo(&bsdf, &query) + delta_albedo(&bsdf, &query)).max_element() - 1.0);
+                let flux = Query { transport: Transport::Flux, ..query };
+                note(&name, (smooth_albedo(&bsdf, &query) + delta_albedo(&bsdf, &flux)).max_element() - 1.0);
             }
         }
     })
@@ -229,6 +261,9 @@ fn delta_albedo(bsdf: &Bsdf, query: &Query) -> Rgb {
 fn reciprocity(_: Effort) -> Vec<Finding> {
     worst(1e-9, |note| {
         for_samples(|name, bsdf, query, sample| {
+            if query.transport == Transport::Flux {
+                return;
+            }
             let reverse = Query { wi: sample.wo, transport: Transport::Flux, ..*query };
             if sample.lobe == Lobe::Smooth {
                 let there = bsdf.eval_cos(query, sample.wo) / sample.wo.z.abs();
@@ -237,8 +272,9 @@ fn reciprocity(_: Effort) -> Vec<Finding> {
                 return;
             }
             let same_way = |back: &super::Sample| back.wo.dot(query.wi) > 1.0 - 1e-9;
-            let choices = [1e-9, 1.0 - 1e-9].into_iter().filter_map(|u| bsdf.sample(&reverse, u, DVec2::splat(0.5)));
-            let back = choices.into_iter().find(same_way).expect("a single direction can be taken back");
+            let choices = (0..256).map(|i| (f64::from(i) + 0.5) / 256.0).chain([1e-9, 1.0 - 1e-9]);
+            let mut choices = choices.filter_map(|u| bsdf.sample(&reverse, u, DVec2::splat(0.5)));
+            let back = choices.find(same_way).expect("a single direction can be taken back");
             let there = sample.weight * (sample.density.0 * sample.eta * sample.eta);
             let back = back.weight * back.density.0;
             note(name, (there - back).abs().max_element() / there.max_element());
@@ -259,6 +295,152 @@ fn rough_albedo(_: Effort) -> Vec<Finding> {
             Finding::value(distribution, smooth_albedo(&bsdf, &straight).x, expected, bound)
         })
         .collect()
+}
+
+/// By the midpoint rule in the azimuth and in `s` with a cosine of `1 - s²`.
+fn albedo_at(bsdf: &Bsdf, cos: f64) -> f64 {
+    const N: usize = 1200;
+    let wi = DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
+    let query = Query { wi, uv: DVec2::ZERO, transport: Transport::Radiance };
+    let value = |i: usize, j: usize| {
+        let s = (i as f64 + 0.5) / N as f64;
+        let z = 1.0 - s * s;
+        // The other half of the azimuths is the same.
+        let (sin, cos) = (0.5 * TAU * (j as f64 + 0.5) / N as f64).sin_cos();
+        let radius = (1.0 - z * z).sqrt();
+        2.0 * s * bsdf.eval_cos(&query, DVec3::new(radius * cos, radius * sin, z)).x
+    };
+    (0..N * N).map(|k| value(k / N, k % N)).sum::<f64>() * TAU / (N * N) as f64
+}
+
+/// The directional albedo of the lobe for an integer exponent.
+fn phong_albedo(n: u32, theta: f64) -> f64 {
+    let (sin, cos) = theta.sin_cos();
+    // W_k = √π Γ((k + 1) / 2) / Γ(k / 2 + 1) = ∫ sinᵏ over half a turn.
+    let wallis = |k: u32| {
+        (0..k / 2).fold(if k % 2 == 0 { PI } else { 2.0 }, |w, i| {
+            let k = f64::from(k % 2 + 2 * i + 2);
+            w * (k - 1.0) / k
+        })
+    };
+    let (mut before, mut tau) = (2.0 * (PI - theta), 0.5 * PI * (1.0 + cos));
+    if n == 1 {
+        tau = before;
+    }
+    for k in 2..n {
+        let next = (f64::from(k - 1) * before + cos * sin.powi(k as i32 - 1) * wallis(k - 1)) / f64::from(k + 1);
+        (before, tau) = (tau, next);
+    }
+    (f64::from(n) * cos * tau + sin.powi(n as i32) * wallis(n)) / TAU
+}
+
+fn phong(_: Effort) -> Vec<Finding> {
+    const TABLE: [(u32, f64, f64); 7] = [
+        (10, 0.0, 1.0),
+        (10, 30.0, 0.866_028_525_3),
+        (10, 60.0, 0.504_735_946_7),
+        (10, 80.0, 0.228_056_292_5),
+        (10, 90.0, 0.123_046_875),
+        (50, 60.0, 0.500_002_112_2),
+        (50, 80.0, 0.180_808_032_7),
+    ];
+    let table = |(n, degrees, expected): (u32, f64, f64)| {
+        let closed = phong_albedo(n, degrees.to_radians());
+        Finding::value(format!("n = {n}, {degrees}°, the closed form"), closed, expected, 2e-9)
+    };
+    let mut findings: Vec<_> = TABLE.into_iter().map(table).collect();
+    for (n, white_sky) in [(1, 0.737_402_20), (10, 0.673_502_60), (50, 0.667_386_38)] {
+        let bsdf = from_xml(&format!(
+            r#"<bsdf type="phong"><float name="diffuse_reflectance" value="0"/><float name="specular_reflectance" value="1"/>
+               <float name="exponent" value="{n}"/></bsdf>"#
+        ));
+        for degrees in [0.0, 30.0, 60.0, 80.0, 89.9_f64] {
+            let theta = degrees.to_radians();
+            let subject = format!("n = {n}, {degrees}°");
+            findings.push(Finding::value(subject, albedo_at(&bsdf, theta.cos()), phong_albedo(n, theta), 1e-5));
+        }
+        const N: usize = 20_000;
+        let cos = |i: usize| (i as f64 + 0.5) / N as f64;
+        let mean: f64 = (0..N).map(|i| 2.0 * cos(i) * phong_albedo(n, cos(i).acos())).sum::<f64>() / N as f64;
+        findings.push(Finding::value(format!("n = {n}, white sky"), mean, white_sky, 1e-7));
+    }
+    findings
+}
+
+fn fuzzy(roughness: f64) -> Bsdf {
+    from_xml(&format!(r#"<bsdf type="metal"><float name="roughness" value="{roughness}"/></bsdf>"#))
+}
+
+fn metal(effort: Effort) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let straight = Query { wi: DVec3::Z, uv: DVec2::ZERO, transport: Transport::Radiance };
+    let at = |cos: f64| DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
+    for (roughness, cos, expected) in
+        [(0.3, 0.98, 3.879_505_292_9), (0.7, 0.9, 0.693_823_948_2), (1.0, 0.5, 0.079_577_471_5)]
+    {
+        let density = fuzzy(roughness).density(&straight, at(cos)).0;
+        findings.push(Finding::value(format!("density, ρ = {roughness}, μ = {cos}"), density, expected, 1e-9));
+    }
+    // An obtuse angle to the mirror direction, at oblique incidence.
+    let oblique = Query { wi: at(0.3), ..straight };
+    let mirror = DVec3::new(-oblique.wi.x, 0.0, 0.3);
+    let across = DVec3::new(mirror.z, 0.0, -mirror.x);
+    let backwards = -0.5 * mirror + 0.75_f64.sqrt() * across;
+    let density = fuzzy(1.5).density(&oblique, backwards).0;
+    findings.push(Finding::value("density, ρ = 1.5, μ = -0.5", density, 0.008_975_772, 1e-9));
+    for roughness in [0.05, 0.3, 0.7, 1.0_f64] {
+        let bsdf = fuzzy(roughness);
+        let mut stream = Stream::at(&[13, roughness.to_bits()]);
+        let draw = |_| bsdf.sample(&straight, stream.next_1d(), stream.next_2d()).map_or(0.0, |sample| sample.wo.z);
+        let cosines: Vec<f64> = (0..effort.samples(20_000)).map(draw).collect();
+        let test = Ks::one_sample(&cosines, |cos| {
+            cos * (roughness * roughness - 1.0 + cos * cos).max(0.0).powf(1.5) / roughness.powi(3)
+        });
+        let statistic = format!("D = {:.5}", test.statistic);
+        findings.push(Finding::test(format!("distribution, ρ = {roughness}"), statistic, test.p));
+    }
+    for (roughness, degrees, expected) in [(0.3, 80.0, 0.885_638), (0.3, 89.0, 0.543_582), (1.0, 60.0, 0.843_75_f64)] {
+        let cos = f64::to_radians(degrees).cos();
+        let z: f64 = cos / roughness;
+        let closed = 1.0 - 0.25 * (2.0 - 3.0 * z + z * z * z);
+        let subject = format!("albedo, ρ = {roughness}, {degrees}°");
+        findings.push(Finding::value(format!("{subject}, the closed form"), closed, expected, 1e-6));
+        findings.push(Finding::value(subject, albedo_at(&fuzzy(roughness), cos), closed, 1e-4));
+    }
+    findings
+}
+
+fn schlick(_: Effort) -> Vec<Finding> {
+    const N: usize = 90_000;
+    let degrees = |i: usize| 90.0 * i as f64 / N as f64;
+    let error = |degrees: f64, eta: f64| {
+        let cos = degrees.to_radians().cos();
+        fresnel::schlick(cos, eta).reflectance - fresnel::dielectric(cos, eta).reflectance
+    };
+    let greatest = |eta: f64, sign: f64| {
+        (0..N).map(degrees).max_by(|a, b| (sign * error(*a, eta)).total_cmp(&(sign * error(*b, eta)))).unwrap_or(0.0)
+    };
+    let mut findings = Vec::new();
+    for (eta, angle, expected) in [(1.5, 84.975, 0.035_693), (1.33, 83.787, 0.059_924), (2.4, 84.538, 0.074_036)] {
+        let at = greatest(eta, 1.0);
+        findings.push(Finding::value(format!("n = {eta}, greatest error"), error(at, eta), expected, 1e-6));
+        findings.push(Finding::value(format!("n = {eta}, at degrees"), at, angle, 2e-3));
+        // From inside, at the refracted angle, everything is the same.
+        let cos = -(at.to_radians().sin() / eta).asin().cos();
+        let inside = fresnel::schlick(cos, eta).reflectance - fresnel::dielectric(cos, eta).reflectance;
+        findings.push(Finding::value(format!("n = {eta}, from inside"), inside, expected, 1e-6));
+    }
+    let at = greatest(1.5, -1.0);
+    findings.push(Finding::value("n = 1.5, greatest in want", error(at, 1.5), -0.019_626, 1e-6));
+    let worst_inside = (0..N)
+        .map(|i| -degrees(i).to_radians().cos())
+        .map(|cos| (fresnel::schlick(cos, 1.5).reflectance - fresnel::dielectric(cos, 1.5).reflectance).abs())
+        .fold(0.0, f64::max);
+    findings.push(Finding::value("n = 1.5, greatest error from inside", worst_inside, 0.035_693, 1e-5));
+    let cos = |i: usize| (i as f64 + 0.5) / N as f64;
+    let mean: f64 = (0..N).map(|i| 2.0 * cos(i) * fresnel::schlick(cos(i), 1.5).reflectance).sum::<f64>() / N as f64;
+    findings.push(Finding::value("n = 1.5, mean", mean, 0.085_714_29, 1e-8));
+    findings
 }
 
 fn fresnel_table(_: Effort) -> Vec<Finding> {

@@ -56,7 +56,7 @@ impl Described for Phong {
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
         let diffuse_reflectance = Texture::of(params, "diffuse_reflectance")?;
         let specular_reflectance = Texture::of(params, "specular_reflectance")?;
-        let greatest = diffuse_reflectance.extremes().1 + specular_reflectance.extremes().1;
+        let greatest = (diffuse_reflectance.extremes().1 + specular_reflectance.extremes().1).max_element();
         if greatest > 1.0 + 1e-9 {
             let what = format!("diffuse and specular reflectance add up to {greatest}");
             return Err(params.error("specular_reflectance", what).hint("they may be 1 together"));
@@ -74,9 +74,10 @@ impl Phong {
         if lobe == 0.0 { 0.0 } else { lobe / (diffuse + lobe) }
     }
 
-    /// `cosⁿ α`.
+    /// `cosⁿ α` as far as the cosine is positive.
     fn power(&self, query: &Query, wo: DVec3) -> f64 {
-        reflect(query.wi).dot(wo).max(0.0).powf(self.exponent)
+        let cos = reflect(query.wi).dot(wo);
+        if cos > 0.0 { cos.powf(self.exponent) } else { 0.0 }
     }
 }
 

@@ -1,5 +1,6 @@
 //! Our image against another: the verdict of `stats::verdict` and the usual error metrics.
 
+pub mod laws;
 mod metrics;
 pub mod pictures;
 mod reference;

@@ -27,6 +27,12 @@ pub const LAWS: &[Law] = &[
         source: "the equation of the sphere and the projection of its points, sample by sample",
         check: aov,
     },
+    Law {
+        name: "film/wireframe",
+        claim: "The wireframe layer shows the edges of a triangle that faces the camera in lines of half a pixel on their inner side.",
+        source: "the area within half a pixel of the edges, 1 - (1 - d / ρ)² of the triangle's for an inradius ρ",
+        check: wireframe,
+    },
 ];
 
 const SIZE: DVec2 = DVec2::new(12.0, 8.0);
@@ -160,4 +166,26 @@ fn means(renderer: &Renderer, pass: Pass) -> Vec<Finding> {
     let mut findings: Vec<_> = channels.into_iter().enumerate().map(of_channel).collect();
     findings.push(Finding::error("sample_count", miscounted as f64, 0.0));
     findings
+}
+
+fn wireframe(effort: Effort) -> Vec<Finding> {
+    let corners = [DVec3::new(-2.0, -1.2, 0.0), DVec3::new(1.8, -1.0, 0.0), DVec3::new(0.5, 1.5, 0.0)];
+    let points =
+        corners.iter().enumerate().map(|(i, p)| format!(r#"<point name="p{i}" x="{}" y="{}" z="0"/>"#, p.x, p.y));
+    let scene = format!(r#"<shape type="triangle">{}</shape>"#, points.collect::<String>());
+    let aov = r#"<integrator type="aov"><string name="aovs" value="edges:wireframe"/></integrator>"#;
+    let renderer = renderer(aov, "", &scene);
+    let [a, b, c] = corners;
+    let area = 0.5 * (b - a).cross(c - a).length();
+    let inradius = 2.0 * area / (a.distance(b) + b.distance(c) + c.distance(a));
+    // Two pixels for each unit; distances count from the near plane.
+    let half_pixel = 0.25 * (DISTANCE - NEAR) / DISTANCE;
+    let band = area * (1.0 - (1.0 - half_pixel / inradius).powi(2));
+    let total = |number: u64| {
+        let image = renderer.render(Pass { seed: 5, number, samples: 64 }, &|_| {}).image();
+        let layer = image.channel("edges.Y").expect("the layer is there");
+        layer.iter().map(|&y| f64::from(y)).sum::<f64>() / 4.0
+    };
+    let totals: Moments = (0..u64::from(effort.samples(32))).map(total).collect();
+    vec![Finding::mean("a triangle, area of the lines", &totals, band)]
 }

@@ -125,7 +125,7 @@ impl Model for Bitmap {
         row(y).lerp(row(y + 1), w.y)
     }
 
-    fn extremes(&self) -> (f64, f64) {
+    fn extremes(&self) -> (Rgb, Rgb) {
         super::extremes_of(self.texels.iter().map(|t| Rgb::from(t.map(f64::from))))
     }
 }

@@ -41,7 +41,7 @@ impl Model for Checkerboard {
         self.colours[usize::from(!same_half)]
     }
 
-    fn extremes(&self) -> (f64, f64) {
+    fn extremes(&self) -> (Rgb, Rgb) {
         super::extremes_of(self.colours)
     }
 }

@@ -38,7 +38,7 @@ impl Model for Constant {
         self.colour
     }
 
-    fn extremes(&self) -> (f64, f64) {
+    fn extremes(&self) -> (Rgb, Rgb) {
         super::extremes_of([self.colour])
     }
 }

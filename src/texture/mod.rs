@@ -22,8 +22,8 @@ pub trait Model {
     /// The colour at `uv`, linear RGB.
     fn eval(&self, uv: DVec2) -> Rgb;
 
-    /// The least and the greatest value of any channel anywhere, to check ranges by.
-    fn extremes(&self) -> (f64, f64);
+    /// The least and the greatest value of each channel anywhere, to check ranges by.
+    fn extremes(&self) -> (Rgb, Rgb);
 }
 
 catalogue! { ($)
@@ -58,6 +58,7 @@ impl Texture {
         };
         let texture = Self::read(params.document(), id)?;
         let (least, greatest) = texture.extremes();
+        let (least, greatest) = (least.min_element(), greatest.max_element());
         let range = params.range(name);
         if range.contains(least) && range.contains(greatest) {
             return Ok(texture);
@@ -72,9 +73,9 @@ impl Texture {
         each_texture!(self, texture => texture.eval(uv))
     }
 
-    /// The least and the greatest value of any channel.
+    /// The least and the greatest value of each channel.
     #[must_use]
-    pub fn extremes(&self) -> (f64, f64) {
+    pub fn extremes(&self) -> (Rgb, Rgb) {
         each_texture!(self, texture => texture.extremes())
     }
 }
@@ -86,8 +87,8 @@ fn to_uv(map: &DAffine3, uv: DVec2) -> DVec2 {
     map.transform_point3(uv.extend(0.0)).truncate()
 }
 
-/// The range of the channels of some colours.
-fn extremes_of(colours: impl IntoIterator<Item = Rgb>) -> (f64, f64) {
-    let start = (f64::INFINITY, f64::NEG_INFINITY);
-    colours.into_iter().fold(start, |(least, greatest), c| (least.min(c.min_element()), greatest.max(c.max_element())))
+/// The range of each channel of some colours.
+fn extremes_of(colours: impl IntoIterator<Item = Rgb>) -> (Rgb, Rgb) {
+    let start = (Rgb::INFINITY, Rgb::NEG_INFINITY);
+    colours.into_iter().fold(start, |(least, greatest), c| (least.min(c), greatest.max(c)))
 }

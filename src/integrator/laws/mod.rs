@@ -3,8 +3,10 @@
 //! No scene has a radius, an albedo or an angle that hides a factor: no unit distances, no equal channels, no light
 //! that stands straight above.
 
+pub mod extras;
 pub mod glass;
 pub mod lights;
+pub mod optics;
 pub mod rooms;
 
 use std::path::Path;

@@ -4,6 +4,7 @@
 //! sum of `f` over the points where a line crosses a surface in the ball is `∫ f dA / 2πR²`. That turns hits into areas,
 //! volumes and moments without any of the shapes' own sampling.
 
+pub mod csg;
 mod subjects;
 
 pub(super) use subjects::{octahedron, torus};

@@ -249,7 +249,7 @@ fn cube_uv(p: DVec3) -> DVec2 {
 
 /// The area of what a curve (radius, height) becomes when it turns around z and is mapped: `∫ |∂s p × ∂φ p| ds dφ` by the
 /// midpoint rule, good to 1e-6.
-fn revolved_area(map: &DAffine3, [from, to]: [f64; 2], curve: fn(f64) -> DVec2) -> f64 {
+pub(super) fn revolved_area(map: &DAffine3, [from, to]: [f64; 2], curve: fn(f64) -> DVec2) -> f64 {
     const N: (usize, usize) = (1000, 128);
     let cell = |i: usize, j: usize| {
         let s = from + (to - from) * (i as f64 + 0.5) / N.0 as f64;

@@ -9,15 +9,15 @@ use crate::{
     law::{Effort, Finding, Law, worst},
     math::{Ray, rng::Stream, warp},
     node::xml,
-    shape::{Model, Shape, laws},
+    shape::{Model, Shape, Surface, laws},
 };
 
 /// The laws of meshes.
 pub const LAWS: &[Law] = &[
     Law {
         name: "mesh/round-trip",
-        claim: "A mesh that was written as PLY, in ascii and in both byte orders, or as OBJ, and read as part of a scene, gives \
-                the same hits to the last bit.",
+        claim: "A mesh that was written as PLY, in ascii and in both byte orders, as OBJ or as \
+                kcply with either base, and read as part of a scene, gives the same hits to the last bit.",
         source: "definition",
         check: round_trip,
     },
@@ -27,6 +27,19 @@ pub const LAWS: &[Law] = &[
                 give a point M q the shading normal Σ qi M⁻ᵀ ei / |M⁻ᵀ ei|, normalised.",
         source: "linear interpolation of unit normals with barycentric coordinates |qi|; normals transform by M⁻ᵀ",
         check: shading_normals,
+    },
+    Law {
+        name: "mesh/vertex-normals",
+        claim: "A mesh without normals is shaded by those of its vertices, unit vectors along the sums of the normals of their \
+                triangles weighted by angle, interpolated.",
+        source: "Thürmer and Wüthrich 1998, computed anew for a stretched octahedron",
+        check: vertex_normals,
+    },
+    Law {
+        name: "mesh/edges",
+        claim: "The share of a triangle's area within a distance d of its edges is 1 - (1 - d / ρ)² for an inradius ρ.",
+        source: "what is farther is a similar triangle with the inradius ρ - d",
+        check: edges,
     },
 ];
 
@@ -41,28 +54,34 @@ fn round_trip(effort: Effort) -> Vec<Finding> {
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
     let data = given();
     let original = Mesh::<Ply>::new(data.clone(), &DAffine3::IDENTITY, false);
+    let bare = MeshData { normals: None, uvs: None, ..data.clone() };
+    let without = Mesh::<Ply>::new(bare.clone(), &DAffine3::IDENTITY, false);
     let files: [(&str, &str, Vec<u8>); 4] = [
         ("ascii.ply", "ply", ply_ascii(&data).into_bytes()),
         ("little.ply", "ply", ply_binary(&data, "little", f32::to_le_bytes, u32::to_le_bytes)),
         ("big.ply", "ply", ply_binary(&data, "big", f32::to_be_bytes, u32::to_be_bytes)),
         ("mesh.obj", "obj", obj(&data).into_bytes()),
     ];
+    let texts = [0, 1].map(|base| (["zero.kcply", "one.kcply"][base], "kcply", kcply(&bare, base as u32).into_bytes()));
     let compare = |(name, plugin, bytes): &(&str, &str, Vec<u8>)| {
         let path = folder.path().join(name);
         std::fs::write(&path, bytes).expect("a temporary folder can be written to");
         let rays = effort.samples(3000);
         let read = read(&path, plugin);
-        let different = read.map_or(rays as usize, |shape| differences(&original, &shape, rays));
+        let original = if *plugin == "kcply" { &without } else { &original };
+        let different = read.map_or(rays as usize, |shape| differences(original, &shape, rays));
         Finding::error(*name, different as f64, 0.0)
     };
-    files.iter().map(compare).collect()
+    files.iter().chain(&texts).map(compare).collect()
 }
 
 fn read(path: &Path, plugin: &str) -> Option<Shape> {
-    let element = format!(
-        r#"<shape type="{plugin}"><string name="filename" value="{}"/><boolean name="flip_tex_coords" value="false"/></shape>"#,
-        path.display()
-    );
+    let flip = match plugin {
+        "kcply" => "",
+        _ => r#"<boolean name="flip_tex_coords" value="false"/>"#,
+    };
+    let element =
+        format!(r#"<shape type="{plugin}"><string name="filename" value="{}"/>{flip}</shape>"#, path.display());
     let document = xml::parse_element(&element).expect("the element is valid XML");
     let params = Shape::params(&document, document.root).expect("the element is a shape");
     Shape::read_from(&params).ok()
@@ -96,6 +115,18 @@ fn ply_header(data: &MeshData, encoding: &str) -> String {
         data.positions.len(),
         data.triangles.len()
     )
+}
+
+/// Vertices numbered from a base.
+pub(in crate::shape) fn kcply(data: &MeshData, base: u32) -> String {
+    let mut text = format!("kcply\nelement vertex {}\nelement face {}\n", data.positions.len(), data.triangles.len());
+    for [x, y, z] in &data.positions {
+        writeln!(text, "{x} {y} {z}").expect("memory takes every text");
+    }
+    for [a, b, c] in data.triangles.iter().map(|corners| corners.map(|i| i + base)) {
+        writeln!(text, "3 {a} {b} {c}").expect("memory takes every text");
+    }
+    text
 }
 
 fn ply_ascii(data: &MeshData) -> String {
@@ -156,4 +187,54 @@ fn shading_normals(effort: Effort) -> Vec<Finding> {
             }
         }
     })
+}
+
+fn vertex_normals(effort: Effort) -> Vec<Finding> {
+    let map = DAffine3::from_scale(DVec3::new(1.5, 0.7, 0.4));
+    let data = laws::octahedron();
+    let mesh = Mesh::<Ply>::new(data.clone(), &map, false);
+    let corner = |v: u32| map.transform_point3(DVec3::from_array(data.positions[v as usize].map(f64::from)));
+    let normal_at = |v: u32| {
+        let around = data.triangles.iter().filter(|corners| corners.contains(&v));
+        let weighted = around.map(|corners| {
+            let [a, b, c] = corners.map(corner);
+            let others: Vec<_> =
+                corners.iter().filter(|w| **w != v).map(|w| (corner(*w) - corner(v)).normalize()).collect();
+            others[0].dot(others[1]).acos() * (b - a).cross(c - a).normalize()
+        });
+        weighted.sum::<DVec3>().normalize()
+    };
+    worst(1e-6, |note| {
+        let mut stream = Stream::at(&[52]);
+        for _ in 0..effort.samples(1000) {
+            let from = 3.0 * warp::square_to_sphere(stream.next_2d());
+            let ray = Ray::new(from, -from);
+            let hit = mesh.intersect(&ray).expect("a ray to the middle meets the mesh");
+            let (b1, b2) = (hit.coordinates.x, hit.coordinates.y);
+            let [n0, n1, n2] = data.triangles[hit.primitive as usize].map(normal_at);
+            let expected = ((1.0 - b1 - b2) * n0 + b1 * n1 + b2 * n2).normalize();
+            note("stretched octahedron", mesh.surface(&ray, &hit).shading.n.distance(expected));
+        }
+    })
+}
+
+fn edges(effort: Effort) -> Vec<Finding> {
+    let corners = [DVec3::new(0.5, 0.25, 1.0), DVec3::new(2.5, 0.5, -0.5), DVec3::new(1.0, 2.0, 0.25)];
+    let [a, b, c] = corners;
+    let positions = corners.map(|p| p.to_array().map(|x| x as f32)).to_vec();
+    let data = MeshData::new(positions, None, None, vec![[0, 1, 2]]).expect("it is a triangle");
+    let mesh = Mesh::<Ply>::new(data, &DAffine3::IDENTITY, true);
+    let inradius = (b - a).cross(c - a).length() / (a.distance(b) + b.distance(c) + c.distance(a));
+    let mut findings = Vec::new();
+    for share in [0.05, 0.3, 0.8] {
+        let mut stream = Stream::at(&[53]);
+        let near = (0..effort.samples(20_000)).map(|_| {
+            let drawn = mesh.sample_area(stream.next_2d());
+            let surface = Surface::flat(drawn.p, drawn.n, drawn.uv, 0);
+            f64::from(mesh.edge_distance(&surface).is_some_and(|distance| distance <= share * inradius))
+        });
+        let expected = 1.0 - (1.0 - share) * (1.0 - share);
+        findings.push(Finding::mean(format!("d = {share} ρ"), &near.collect(), expected));
+    }
+    findings
 }
