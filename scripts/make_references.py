@@ -27,8 +27,8 @@ def parse_arguments() -> argparse.Namespace:
 
 
 def known_scenes() -> dict[str, Path]:
-    """The scenes of assets/scenes by name; files in sub-folders are parts of scenes, not scenes."""
-    return {path.stem: path for path in sorted(ref.SCENES.glob("*.xml"))}
+    """The scenes of assets/scenes and its figures by name; what is in other sub-folders are parts of scenes."""
+    return {path.stem: path for path in ref.all_scenes()}
 
 
 def chosen_scenes(names: list[str]) -> dict[str, Path]:

@@ -152,6 +152,11 @@ class Element:
     folder: Path
 
 
+def all_scenes() -> list[Path]:
+    """The scenes that have a reference: those of assets/scenes and its figures, without the parts that scenes include."""
+    return sorted([*SCENES.glob("*.xml"), *(SCENES / "figures").glob("*.xml")], key=lambda path: path.stem)
+
+
 def scene_elements(scene: Path, params: Params | None = None) -> Iterator[Element]:
     """Each element of a scene in document order, those of an included file after its <include>."""
     return _file_elements(scene, dict(params or {}), scene.parent, "", 0)

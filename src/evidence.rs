@@ -229,14 +229,18 @@ fn verify_command(name: &str, effort: Effort) -> String {
     format!("etendue verify --only '{name}'{full}")
 }
 
-/// The scene files under a root, by name.
+/// The scene files under a root, by name: those of assets/scenes and its figures.
 fn scenes(root: &Path) -> Result<Vec<PathBuf>, EvidenceError> {
     let folder = root.join("assets/scenes");
-    let fault = |error: std::io::Error| EvidenceError::Folder { folder: folder.clone(), what: error.to_string() };
-    let entries = std::fs::read_dir(&folder).map_err(fault)?.collect::<Result<Vec<_>, _>>().map_err(fault)?;
-    let mut scenes: Vec<_> =
-        entries.into_iter().map(|entry| entry.path()).filter(|p| p.extension().is_some_and(|e| e == "xml")).collect();
-    scenes.sort();
+    let mut scenes = Vec::new();
+    for folder in [folder.join("figures"), folder] {
+        let fault = |error: std::io::Error| EvidenceError::Folder { folder: folder.clone(), what: error.to_string() };
+        for entry in std::fs::read_dir(&folder).map_err(fault)? {
+            scenes.push(entry.map_err(fault)?.path());
+        }
+    }
+    scenes.retain(|path| path.extension().is_some_and(|extension| extension == "xml"));
+    scenes.sort_by_key(|scene| stem(scene));
     Ok(scenes)
 }
 

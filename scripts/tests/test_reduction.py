@@ -109,7 +109,7 @@ def test_summary_of_a_constant_image_has_no_tiles_to_judge() -> None:
 
 
 def test_seeds_never_collide() -> None:
-    names = [path.stem for path in ref.SCENES.glob("*.xml")] + ["tiny", "a", "b"]
+    names = [path.stem for path in ref.all_scenes()] + ["tiny", "a", "b"]
     assert len(names) > 3
     ranges = sorted((ref.batch_seed(name, 0), ref.batch_seed(name, ref.MAX_BATCHES - 1)) for name in names)
     for (first, last), (following, _) in zip(ranges, [*ranges[1:], (2**32, 0)], strict=True):

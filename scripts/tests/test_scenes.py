@@ -10,7 +10,7 @@ import pytest
 import mitsuba_reference as ref
 from mitsuba_reference import Element
 
-SCENES = sorted(ref.SCENES.glob("*.xml"))
+SCENES = ref.all_scenes()
 PLUGINS = {
     "shape": "sphere rectangle cube disk cylinder ply obj",
     "bsdf": "diffuse dielectric conductor twosided null",

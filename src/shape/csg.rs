@@ -1,6 +1,6 @@
 use glam::DAffine3;
 
-use super::{Crossings, Form, Hit, Line, Model, Operation, Surface, affine::Affine, solid::combine};
+use super::{Crossing, Crossings, Form, Hit, Line, Model, Operation, Surface, affine::Affine, solid::combine};
 use crate::{
     math::{Aabb, Frame, Ray},
     node::{Category, Described, Kind, ObjectId, Param, Params, Plugin, SceneError},
@@ -143,8 +143,38 @@ impl Operand {
     #[inline]
     fn cross(&self, line: &Line) -> Crossings {
         let mut crossings = self.form.cross(line);
-        crossings.iter_mut().for_each(|hit| hit.leaf += self.first_leaf);
+        if self.first_leaf > 0 {
+            crossings.iter_mut().for_each(|crossing| crossing.leaf += self.first_leaf);
+        }
         crossings
+    }
+}
+
+impl Csg {
+    /// Finds the crossings of a line in order, until `visit` says that it has enough.
+    #[inline]
+    fn visit(&self, line: &Line, mut visit: impl FnMut(Crossing) -> bool) {
+        let mut found = self.operands[0].cross(line);
+        let Some((last, others)) = self.operands[1..].split_last() else {
+            found.into_iter().any(visit);
+            return;
+        };
+        let needs_first = self.operation != Operation::Union;
+        for operand in others {
+            if found.is_empty() && needs_first {
+                return;
+            }
+            let mut next = Crossings::new();
+            combine(self.operation, &found, &operand.cross(line), line, |crossing| {
+                next.push(crossing);
+                false
+            });
+            found = next;
+        }
+        if found.is_empty() && needs_first {
+            return;
+        }
+        combine(self.operation, &found, &last.cross(line), line, &mut visit);
     }
 }
 
@@ -155,7 +185,14 @@ impl Model for Csg {
 
     #[inline(never)]
     fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        self.cross(&Line::new(ray)).into_iter().find(|hit| ray.contains(hit.t))
+        let mut first = None;
+        self.visit(&Line::new(ray).within(|ray| self.local(ray)), |crossing| {
+            if ray.contains(crossing.t) {
+                first = Some(Hit::from(crossing));
+            }
+            first.is_some() || crossing.t >= ray.t_max
+        });
+        first
     }
 
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
@@ -174,15 +211,12 @@ impl Model for Csg {
     }
 
     fn cross(&self, line: &Line) -> Crossings {
-        let line = line.within(|ray| self.local(ray));
-        let mut found = self.operands[0].cross(&line);
-        for operand in &self.operands[1..] {
-            if found.is_empty() && self.operation != Operation::Union {
-                break;
-            }
-            found = combine(self.operation, &found, &operand.cross(&line), &line);
-        }
-        found
+        let mut crossings = Crossings::new();
+        self.visit(&line.within(|ray| self.local(ray)), |crossing| {
+            crossings.push(crossing);
+            false
+        });
+        crossings
     }
 
     fn cannot_shine(&self) -> Option<&'static str> {

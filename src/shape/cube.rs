@@ -1,6 +1,6 @@
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Crossings, Drawn, Hit, Line, Model, Surface, affine::Affine};
+use super::{Crossing, Crossings, Drawn, Hit, Line, Model, Surface, affine::Affine, solid};
 use crate::{
     math::{Aabb, PerArea, Ray},
     node::{Category, Described, Params, Plugin, SceneError},
@@ -79,8 +79,9 @@ impl Model for Cube {
     }
 
     fn cross(&self, line: &Line) -> Crossings {
-        let found = CANONICAL.cross(&self.affine.ray(&line.ray));
-        found.into_iter().flatten().map(|(t, face)| Hit::new(t, face as u32, DVec2::ZERO)).collect()
+        let Some(found) = CANONICAL.cross(&self.affine.ray(&line.ray)) else { return Crossings::new() };
+        let [entry, exit] = found.map(|(t, face)| Crossing::new(t, face as u32));
+        solid::interval(entry, exit)
     }
 
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {

@@ -23,7 +23,7 @@ pub use disk::Disk;
 pub use plane::Plane;
 pub use rectangle::Rectangle;
 pub use shapes::Shapes;
-pub use solid::{Crossings, Line, Operation};
+pub use solid::{Crossing, Crossings, Line, Operation};
 pub use sphere::{Ellipsoid, Sphere, Spheroid};
 
 use bvh::Bvh;

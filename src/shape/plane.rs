@@ -1,6 +1,6 @@
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Crossings, Hit, Line, Model, Surface, affine::Affine};
+use super::{Crossing, Crossings, Hit, Line, Model, Surface, affine::Affine, solid};
 use crate::{
     math::{Aabb, Ray},
     node::{Category, Described, Params, Plugin, SceneError},
@@ -58,14 +58,14 @@ impl Model for Plane {
     fn cross(&self, line: &Line) -> Crossings {
         let local = self.affine.ray(&line.ray);
         let (height, rise) = (local.origin.z, local.direction.z);
-        let on = |t: f64| Hit::new(t, 0, DVec2::ZERO);
+        let on = |t: f64| Crossing::new(t, 0);
         let (before, beyond) = (on(f64::NEG_INFINITY), on(f64::INFINITY));
         if rise > 0.0 {
-            Crossings::from_slice(&[before, on(-height / rise)])
+            solid::interval(before, on(-height / rise))
         } else if rise < 0.0 {
-            Crossings::from_slice(&[on(-height / rise), beyond])
+            solid::interval(on(-height / rise), beyond)
         } else if height < 0.0 {
-            Crossings::from_slice(&[before, beyond])
+            solid::interval(before, beyond)
         } else {
             Crossings::new()
         }

@@ -6,7 +6,7 @@ use std::{
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Crossings, Drawn, Hit, Line, Model, Surface, affine::Affine};
+use super::{Crossing, Crossings, Drawn, Hit, Line, Model, Surface, affine::Affine, solid};
 use crate::{
     math::{Aabb, Frame, PerArea, PerSolidAngle, Ray, roots, warp},
     node::{Category, Described, Kind as ParamKind, Param, Params, Plugin, Range, SceneError},
@@ -189,7 +189,10 @@ impl<K: Kind> Model for Spheroid<K> {
 
     #[inline]
     fn cross(&self, line: &Line) -> Crossings {
-        self.roots(&line.ray).into_iter().flatten().map(|t| Hit::new(t, 0, DVec2::ZERO)).collect()
+        match self.roots(&line.ray) {
+            Some([first, second]) => solid::interval(Crossing::new(first, 0), Crossing::new(second, 0)),
+            None => Crossings::new(),
+        }
     }
 
     /// As in Mitsuba, whose sphere does not keep its normals in a mirror, unlike its other shapes.

@@ -49,8 +49,8 @@ pub(crate) fn root() -> &'static Path {
 
 /// The scenes that come with the program.
 pub(crate) fn scenes() -> Vec<PathBuf> {
-    let entries = fs::read_dir(root().join("assets/scenes")).unwrap();
-    let mut scenes: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
+    let folders = ["assets/scenes", "assets/scenes/figures"].map(|folder| fs::read_dir(root().join(folder)).unwrap());
+    let mut scenes: Vec<_> = folders.into_iter().flatten().map(|entry| entry.unwrap().path()).collect();
     scenes.retain(|path| path.extension().is_some_and(|extension| extension == "xml"));
     scenes.sort();
     assert!(!scenes.is_empty());

@@ -335,10 +335,14 @@ impl<F> Model for Mesh<F> {
     }
 
     fn solid_surface(&self, ray: &Ray, hit: &Hit) -> Surface {
-        let surface = self.surface(ray, hit);
         let [a, b, c] = self.triangles.triangle(hit.primitive);
-        let outside = self.outward * (b - a).cross(c - a);
-        if surface.n.dot(outside) < 0.0 { surface.flipped() } else { surface }
+        let n = (b - a).cross(c - a);
+        let p = ray.at(hit.t);
+        // Areas opposite to the second and third corner, over the whole.
+        let share = |from: DVec3, to: DVec3| (to - from).cross(p - from).dot(n) / n.length_squared();
+        let weights = DVec2::new(share(c, a), share(a, b)).max(DVec2::ZERO);
+        let surface = self.point(hit.primitive, weights / (weights.x + weights.y).max(1.0));
+        if surface.n.dot(self.outward * n) < 0.0 { surface.flipped() } else { surface }
     }
 
     fn edge_distance(&self, surface: &Surface) -> Option<f64> {

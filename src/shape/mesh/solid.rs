@@ -5,7 +5,7 @@ use std::{collections::HashMap, fmt};
 use glam::DVec3;
 
 use super::{Triangles, wide};
-use crate::shape::{Crossings, Hit, Line};
+use crate::shape::{Crossing, Crossings, Line};
 
 /// The edges of a mesh that keep it from enclosing a solid.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,17 +83,19 @@ pub(super) fn signed_volume(triangles: &Triangles) -> f64 {
 /// A line through an edge meets both its triangles: hits at one place count once, as what prevails among them, and
 /// what would enter twice in turn, or leave twice, does not count.
 pub(super) fn cross(triangles: &Triangles, outward: f64, line: &Line) -> Crossings {
-    let mut hits: Vec<(Hit, bool)> = Vec::new();
+    let mut hits: Vec<(Crossing, bool)> = Vec::new();
     triangles.for_each(&line.ray, |hit| {
         let [a, b, c] = triangles.triangle(hit.triangle);
         let enters = outward * (b - a).cross(c - a).dot(line.ray.direction) < 0.0;
-        hits.push((Hit::from(hit), enters));
+        hits.push((Crossing::new(hit.t, hit.triangle), enters));
     });
     hits.sort_unstable_by(|(a, _), (b, _)| a.t.total_cmp(&b.t));
     let mut crossings = Crossings::new();
     let mut rest = &hits[..];
+    let end = |hit: Option<&(Crossing, bool)>| hit.map_or(0.0, |(crossing, _)| crossing.t);
+    let margin = line.margin(end(hits.first()), end(hits.last()));
     while let Some((first, _)) = rest.first() {
-        let end = first.t + line.margin(first.t);
+        let end = first.t + margin;
         let (here, beyond) = rest.split_at(rest.partition_point(|(hit, _)| hit.t <= end));
         let entering = here.iter().filter(|(_, enters)| *enters).count();
         let is_inside = crossings.len() % 2 == 1;

@@ -11,7 +11,7 @@ use std::fmt::Debug;
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Crossings, Drawn, Hit, Line, Model, Surface, affine::Affine};
+use super::{Crossing, Crossings, Drawn, Hit, Line, Model, Surface, affine::Affine};
 use crate::{
     math::{Aabb, PerArea, Ray},
     node::{Described, Params, Plugin, SceneError},
@@ -80,9 +80,8 @@ fn primitive_of(face: usize) -> u32 {
 
 impl<K: Kind> Clipped<K> {
     /// Where a local line is in the box, and through which faces it comes and goes.
-    fn slab(&self, local: &Ray) -> Option<[Hit; 2]> {
-        let [(entry, near), (exit, far)] = self.clip.cross(local)?;
-        Some([(entry, near), (exit, far)].map(|(t, face)| Hit::new(t, primitive_of(face), DVec2::ZERO)))
+    fn slab(&self, local: &Ray) -> Option<[Crossing; 2]> {
+        Some(self.clip.cross(local)?.map(|(t, face)| Crossing::new(t, primitive_of(face))))
     }
 
     fn drawn<Density>(&self, local: DVec3, density: Density) -> Drawn<Density> {
@@ -121,7 +120,7 @@ impl<K: Kind> Model for Clipped<K> {
     fn cross(&self, line: &Line) -> Crossings {
         let local = self.affine.ray(&line.ray);
         let Some([entry, exit]) = self.slab(&local) else { return Crossings::new() };
-        let on = |t: f64| Hit::new(t, 0, DVec2::ZERO);
+        let on = |t: f64| Crossing::new(t, 0);
         let mut crossings = Crossings::new();
         let mut push = |from: f64, to: f64| {
             let (from, to) = (on(from.max(entry.t)), on(to.min(exit.t)));
