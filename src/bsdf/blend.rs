@@ -8,7 +8,10 @@ use crate::{
     texture::Texture,
 };
 
-/// A mixture of two BSDFs: `(1 - weight)` of the first and `weight` of the second, channel by channel the same.
+/// A mixture of two BSDFs: `(1 - weight)` of the first and `weight` of the second, in all channels the same.
+///
+/// Mitsuba 3.9.1's `path` renders mixtures with a mirror or glass too dark where light comes from areas or the sky: in an
+/// even sky, 0.65 of a diffuse reflectance of 0.2 and 0.35 of a mirror of 0.9 show 0.354 there instead of 0.445.
 #[derive(Clone, Debug)]
 pub struct Blend {
     weight: Texture,
@@ -32,7 +35,7 @@ impl Described for Blend {
                 <bsdf type="diffuse"><rgb name="reflectance" value="0.8, 0.4, 0.1"/></bsdf>
                 <bsdf type="dielectric"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf></bsdf>"#,
         ],
-        evidence: &["bsdf/*", "reference/materials"],
+        evidence: &["bsdf/*", "radiometry/blend", "reference/materials"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

@@ -57,11 +57,14 @@ impl Ray {
         self.t_min < t && t < self.t_max
     }
 
-    /// How far along a ray a hit must lie to be another surface than the one it left at `p`. Rounding leaves a computed
-    /// hit within some 1e-15 of the scene's coordinates of the true one; 1e-9 covers rays that graze at 1e-6 radians.
+    /// [`Ray::leaving_distance`] over the greatest coordinate. Rounding leaves a computed hit within some 1e-15 of the
+    /// scene's coordinates of the true one; 1e-9 covers rays that graze at 1e-6 radians.
+    pub const LEAVING: f64 = 1e-9;
+
+    /// How far along a ray a hit must lie to be another surface than the one it left at `p`.
     #[inline]
     #[must_use]
     pub fn leaving_distance(p: DVec3) -> f64 {
-        1e-9 * (1.0 + p.abs().max_element())
+        Self::LEAVING * (1.0 + p.abs().max_element())
     }
 }

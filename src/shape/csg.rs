@@ -1,6 +1,10 @@
 use glam::DAffine3;
 
-use super::{Crossing, Crossings, Form, Hit, Line, Model, Operation, Surface, affine::Affine, solid::combine};
+use super::{
+    Crossing, Crossings, Form, Hit, Line, Model, Operation, Span, Surface,
+    affine::Affine,
+    solid::{combine, combine_spans},
+};
 use crate::{
     math::{Aabb, Frame, Ray},
     node::{Category, Described, Kind, ObjectId, Param, Params, Plugin, SceneError},
@@ -18,6 +22,8 @@ pub struct Csg {
     operation: Operation,
     operands: Vec<Operand>,
     materials: Vec<Option<ObjectId>>,
+    /// Whether it has two operands, both convex.
+    is_pair: bool,
     /// Where its space is, if it is not the world or that of the csg around it.
     placed: Option<Affine>,
     bounds: Aabb,
@@ -78,11 +84,19 @@ impl Described for Csg {
             let error = SceneError::at(&params.object().place, "a shape \"csg\" has no operand");
             return Err(error.hint("put the shapes inside it"));
         }
-        let mut csg = Self { operation, operands: Vec::new(), materials: Vec::new(), placed, bounds: Aabb::EMPTY };
+        let mut csg = Self {
+            operation,
+            operands: Vec::new(),
+            materials: Vec::new(),
+            is_pair: false,
+            placed,
+            bounds: Aabb::EMPTY,
+        };
         for id in children {
             csg.push(params, id)?;
         }
         csg.bounds = csg.find_bounds();
+        csg.is_pair = csg.operands.len() == 2 && csg.operands.iter().all(|operand| operand.form.is_convex());
         Ok(csg)
     }
 }
@@ -127,7 +141,6 @@ impl Csg {
     }
 
     /// A ray in the space of the operands.
-    #[inline]
     fn local(&self, ray: &Ray) -> Ray {
         self.placed.as_ref().map_or(*ray, |affine| affine.ray(ray))
     }
@@ -140,7 +153,12 @@ impl Csg {
 }
 
 impl Operand {
-    #[inline]
+    #[inline(always)]
+    fn span(&self, line: &Line) -> Option<Span> {
+        let span = self.form.span(line);
+        span.map(|span| span.map(|crossing| Crossing { leaf: self.first_leaf, ..crossing }))
+    }
+
     fn cross(&self, line: &Line) -> Crossings {
         let mut crossings = self.form.cross(line);
         if self.first_leaf > 0 {
@@ -152,14 +170,30 @@ impl Operand {
 
 impl Csg {
     /// Finds the crossings of a line in order, until `visit` says that it has enough.
-    #[inline]
-    fn visit(&self, line: &Line, mut visit: impl FnMut(Crossing) -> bool) {
+    #[inline(always)]
+    fn visit(&self, line: &Line, visit: impl FnMut(Crossing) -> bool) {
+        match &self.placed {
+            Some(affine) => self.visit_local(&line.within(affine.ray(&line.ray)), visit),
+            None => self.visit_local(line, visit),
+        }
+    }
+
+    #[inline(always)]
+    fn visit_local(&self, line: &Line, mut visit: impl FnMut(Crossing) -> bool) {
+        let needs_first = self.operation != Operation::Union;
+        if self.is_pair {
+            let first = self.operands[0].span(line);
+            if first.is_none() && needs_first {
+                return;
+            }
+            combine_spans(self.operation, first, self.operands[1].span(line), line, visit);
+            return;
+        }
         let mut found = self.operands[0].cross(line);
         let Some((last, others)) = self.operands[1..].split_last() else {
             found.into_iter().any(visit);
             return;
         };
-        let needs_first = self.operation != Operation::Union;
         for operand in others {
             if found.is_empty() && needs_first {
                 return;
@@ -186,7 +220,7 @@ impl Model for Csg {
     #[inline(never)]
     fn intersect(&self, ray: &Ray) -> Option<Hit> {
         let mut first = None;
-        self.visit(&Line::new(ray).within(|ray| self.local(ray)), |crossing| {
+        self.visit(&Line::new(ray), |crossing| {
             if ray.contains(crossing.t) {
                 first = Some(Hit::from(crossing));
             }
@@ -212,7 +246,7 @@ impl Model for Csg {
 
     fn cross(&self, line: &Line) -> Crossings {
         let mut crossings = Crossings::new();
-        self.visit(&line.within(|ray| self.local(ray)), |crossing| {
+        self.visit(line, |crossing| {
             crossings.push(crossing);
             false
         });

@@ -1,6 +1,6 @@
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Crossing, Crossings, Drawn, Hit, Line, Model, Surface, affine::Affine, solid};
+use super::{Crossing, Drawn, Hit, Line, Model, Span, Surface, affine::Affine};
 use crate::{
     math::{Aabb, PerArea, Ray},
     node::{Category, Described, Params, Plugin, SceneError},
@@ -78,10 +78,13 @@ impl Model for Cube {
         Ok(())
     }
 
-    fn cross(&self, line: &Line) -> Crossings {
-        let Some(found) = CANONICAL.cross(&self.affine.ray(&line.ray)) else { return Crossings::new() };
-        let [entry, exit] = found.map(|(t, face)| Crossing::new(t, face as u32));
-        solid::interval(entry, exit)
+    fn is_convex(&self) -> bool {
+        true
+    }
+
+    fn span(&self, line: &Line) -> Option<Span> {
+        let found = CANONICAL.cross(&self.affine.ray(&line.ray))?;
+        Some(found.map(|(t, face)| Crossing::new(t, face as u32)))
     }
 
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {

@@ -23,7 +23,7 @@ pub use disk::Disk;
 pub use plane::Plane;
 pub use rectangle::Rectangle;
 pub use shapes::Shapes;
-pub use solid::{Crossing, Crossings, Line, Operation};
+pub use solid::{Crossing, Crossings, Line, Operation, Span};
 pub use sphere::{Ellipsoid, Sphere, Spheroid};
 
 use bvh::Bvh;
@@ -153,9 +153,19 @@ pub trait Model {
         Err("it is a surface that encloses nothing".into())
     }
 
-    /// Where a line enters and leaves the solid that it encloses, ends closed.
-    fn cross(&self, _line: &Line) -> Crossings {
-        unreachable!("a shape that is no solid is no operand")
+    /// Whether the solid that it encloses is convex, ends closed.
+    fn is_convex(&self) -> bool {
+        false
+    }
+
+    /// Where a line enters and leaves the solid, if it is convex.
+    fn span(&self, _line: &Line) -> Option<Span> {
+        unreachable!("only convex solids answer with a single span")
+    }
+
+    /// Where a line enters and leaves the solid that it encloses.
+    fn cross(&self, line: &Line) -> Crossings {
+        self.span(line).into_iter().flatten().collect()
     }
 
     /// The surface at a crossing, with a normal that points out of the solid.
@@ -349,6 +359,15 @@ impl Form {
 
     fn bounds(&self) -> Aabb {
         each_form!(self, form => form.bounds())
+    }
+
+    fn is_convex(&self) -> bool {
+        each_form!(self, form => form.is_convex())
+    }
+
+    #[inline(always)]
+    fn span(&self, line: &Line) -> Option<Span> {
+        each_form!(self, form => form.span(line))
     }
 
     fn cross(&self, line: &Line) -> Crossings {

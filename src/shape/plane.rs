@@ -1,6 +1,6 @@
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Crossing, Crossings, Hit, Line, Model, Surface, affine::Affine, solid};
+use super::{Crossing, Hit, Line, Model, Span, Surface, affine::Affine};
 use crate::{
     math::{Aabb, Ray},
     node::{Category, Described, Params, Plugin, SceneError},
@@ -55,19 +55,21 @@ impl Model for Plane {
         Ok(())
     }
 
-    fn cross(&self, line: &Line) -> Crossings {
+    fn is_convex(&self) -> bool {
+        true
+    }
+
+    fn span(&self, line: &Line) -> Option<Span> {
         let local = self.affine.ray(&line.ray);
         let (height, rise) = (local.origin.z, local.direction.z);
         let on = |t: f64| Crossing::new(t, 0);
         let (before, beyond) = (on(f64::NEG_INFINITY), on(f64::INFINITY));
         if rise > 0.0 {
-            solid::interval(before, on(-height / rise))
+            Some([before, on(-height / rise)])
         } else if rise < 0.0 {
-            solid::interval(on(-height / rise), beyond)
-        } else if height < 0.0 {
-            solid::interval(before, beyond)
+            Some([on(-height / rise), beyond])
         } else {
-            Crossings::new()
+            (height < 0.0).then_some([before, beyond])
         }
     }
 

@@ -6,9 +6,9 @@ use std::{
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Crossing, Crossings, Drawn, Hit, Line, Model, Surface, affine::Affine, solid};
+use super::{Crossing, Drawn, Hit, Line, Model, Span, Surface, affine::Affine};
 use crate::{
-    math::{Aabb, Frame, PerArea, PerSolidAngle, Ray, roots, warp},
+    math::{Aabb, Frame, PerArea, PerSolidAngle, Ray, warp},
     node::{Category, Described, Kind as ParamKind, Param, Params, Plugin, Range, SceneError},
 };
 
@@ -125,20 +125,20 @@ impl<K> Spheroid<K> {
     }
 
     /// Where the line of a ray meets it, in order.
-    #[inline]
+    #[inline(always)]
     fn roots(&self, ray: &Ray) -> Option<[f64; 2]> {
         let Ray { origin: o, direction: d, .. } = self.affine.ray(ray);
-        let a = d.length_squared();
-        let half_b = o.dot(d);
-        // The discriminant through the point of the line that is nearest to the centre, which loses no digits when
-        // the origin is far away. Hearn and Baker; Haines et al. 2019, "Precision Improvements for Ray/Sphere
-        // Intersection", Ray Tracing Gems, chapter 7.
-        let nearest = o - (half_b / a) * d;
-        let inside = 1.0 - nearest.length_squared();
+        // Half the chord through the point of the line that is nearest to the centre, which loses no digits when the
+        // origin is far away. Hearn and Baker; Haines et al. 2019, "Precision Improvements for Ray/Sphere Intersection",
+        // Ray Tracing Gems, chapter 7.
+        let inverse = d.length_squared().recip();
+        let middle = -o.dot(d) * inverse;
+        let inside = 1.0 - (o + middle * d).length_squared();
         if inside < 0.0 {
             return None;
         }
-        roots::from_root(a, 2.0 * half_b, o.length_squared() - 1.0, 2.0 * (a * inside).sqrt())
+        let half = (inside * inverse).sqrt();
+        Some([middle - half, middle + half])
     }
 
     fn centre(&self) -> DVec3 {
@@ -187,12 +187,13 @@ impl<K: Kind> Model for Spheroid<K> {
         Ok(())
     }
 
-    #[inline]
-    fn cross(&self, line: &Line) -> Crossings {
-        match self.roots(&line.ray) {
-            Some([first, second]) => solid::interval(Crossing::new(first, 0), Crossing::new(second, 0)),
-            None => Crossings::new(),
-        }
+    fn is_convex(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn span(&self, line: &Line) -> Option<Span> {
+        self.roots(&line.ray).map(|roots| roots.map(|t| Crossing::new(t, 0)))
     }
 
     /// As in Mitsuba, whose sphere does not keep its normals in a mirror, unlike its other shapes.

@@ -33,6 +33,13 @@ pub const LAWS: &[Law] = &[
         check: glow,
     },
     Law {
+        name: "radiometry/blend",
+        claim: "In an even sky L, a ball that is 1 - w diffuse ρ and w a mirror s shows ((1 - w) ρ + w s) L; likewise with glass, \
+                which shows L.",
+        source: "linearity of the reflection in the bsdf",
+        check: blend,
+    },
+    Law {
         name: "radiometry/transparent-shadows",
         claim: "With transparent shadows, a pane between a surface and a light lets (1 - R(θ))² of it through, and all with \
                 the reflectance model none; light is not found a second time on bent paths; other shadows stay black.",
@@ -120,6 +127,27 @@ fn glow(_: Effort) -> Vec<Finding> {
     for (name, integrator) in [("path", path(-1, 5)), ("direct", direct(1, 1))] {
         // The light itself is no surface, so that the ray passes it.
         findings.extend(Setup::new(&integrator, &phong).compare(&format!("ambient, {name}"), down, expected));
+    }
+    findings
+}
+
+fn blend(effort: Effort) -> Vec<Finding> {
+    let share = 0.35;
+    let mirror = Rgb::new(0.9, 0.6, 0.3);
+    let conductor =
+        format!(r#"<bsdf type="conductor"><rgb name="specular_reflectance" value="{}"/></bsdf>"#, triple(mirror));
+    let mut findings = Vec::new();
+    for (name, other, reflectance) in [("mirror", conductor.as_str(), mirror), ("glass", GLASS, Rgb::ONE)] {
+        let bsdf = format!(
+            r#"<bsdf type="blendbsdf"><float name="weight" value="{share}"/>{}{other}</bsdf>"#,
+            diffuse(ALBEDO)
+        );
+        // Half of space is glass: what is let in is 1/n² as bright as below, where the sky is bright too.
+        let shape = if name == "glass" { r#"<shape type="plane">"# } else { r#"<shape type="sphere">"# };
+        let setup = Setup::new(&path(-1, 5), &format!("{}{shape}{bsdf}</shape>", sky(RADIANCE)));
+        let ray = (DVec3::new(0.3, 0.2, 3.0), -DVec3::Z);
+        let expected = ((1.0 - share) * ALBEDO + share * reflectance) * RADIANCE;
+        findings.extend(setup.test(name, ray, effort.samples(20_000), expected));
     }
     findings
 }
