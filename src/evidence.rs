@@ -229,11 +229,12 @@ fn verify_command(name: &str, effort: Effort) -> String {
     format!("etendue verify --only '{name}'{full}")
 }
 
-/// The scene files under a root, by name: those of assets/scenes and its figures.
+/// The scene files under a root, by name: those of assets/scenes and its figures, if there are any.
 fn scenes(root: &Path) -> Result<Vec<PathBuf>, EvidenceError> {
     let folder = root.join("assets/scenes");
     let mut scenes = Vec::new();
-    for folder in [folder.join("figures"), folder] {
+    let figures = folder.join("figures");
+    for folder in [Some(folder), figures.is_dir().then_some(figures)].into_iter().flatten() {
         let fault = |error: std::io::Error| EvidenceError::Folder { folder: folder.clone(), what: error.to_string() };
         for entry in std::fs::read_dir(&folder).map_err(fault)? {
             scenes.push(entry.map_err(fault)?.path());

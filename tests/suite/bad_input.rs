@@ -8,7 +8,7 @@ use std::{
 
 use crate::kit::{self, Folder, INTEGRATOR, SENSOR, SKY, Said, run};
 
-struct Case {
+pub(crate) struct Case {
     scene: String,
     files: Vec<(&'static str, Vec<u8>)>,
     options: &'static str,
@@ -19,12 +19,12 @@ struct Case {
 }
 
 /// A scene with faults in it.
-fn scene(text: String, faults: &'static [&'static str]) -> Case {
+pub(crate) fn scene(text: String, faults: &'static [&'static str]) -> Case {
     Case { scene: text, files: Vec::new(), options: "", faults, placed: true }
 }
 
 /// A scene with faulty shapes in it.
-fn shapes(parts: &str, faults: &'static [&'static str]) -> Case {
+pub(crate) fn shapes(parts: &str, faults: &'static [&'static str]) -> Case {
     scene(kit::scene(parts), faults)
 }
 
@@ -34,7 +34,7 @@ fn options(options: &'static str, faults: &'static [&'static str]) -> Case {
 }
 
 impl Case {
-    fn with(mut self, name: &'static str, bytes: impl Into<Vec<u8>>) -> Self {
+    pub(crate) fn with(mut self, name: &'static str, bytes: impl Into<Vec<u8>>) -> Self {
         self.files.push((name, bytes.into()));
         self
     }
@@ -71,7 +71,7 @@ fn check(name: &str, case: &Case) {
     assert!(seconds < Duration::from_secs(2), "{seconds:?}: {told}");
 }
 
-fn check_all(cases: Vec<(&str, Case)>) {
+pub(crate) fn check_all(cases: Vec<(&str, Case)>) {
     cases.iter().for_each(|(name, case)| check(name, case));
 }
 
@@ -218,7 +218,10 @@ fn parameters_that_are_wrong() {
     check_all(vec![
         (
             "plugin",
-            shapes("<shape type=\"spere\"/>", &["no shape is called \"spere\"; known: sphere, rectangle, cube"]),
+            shapes(
+                "<shape type=\"spere\"/>",
+                &["no shape is called \"spere\"; known: sphere, ellipsoid, rectangle, cube"],
+            ),
         ),
         (
             "parameter",

@@ -67,6 +67,9 @@ fn images_say_how_they_were_made() {
     for (name, value) in header {
         assert_eq!(image.attribute(&format!("etendue.{name}")), Some(value.as_str()), "{name}");
     }
+    assert_eq!(image.attribute("etendue.not_physical"), None);
+    let marked = folder.render("--spp 3 --param transparent_shadows=true");
+    assert_eq!(marked.attribute("etendue.not_physical"), Some("transparent_shadows"));
     assert!(provenance::version().starts_with(env!("CARGO_PKG_VERSION")));
     let seconds: f64 = image.attribute("etendue.seconds").unwrap().parse().unwrap();
     assert!((0.0..60.0).contains(&seconds));

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "what fails to unwrap in a helper fails the test that called it")]
 
 mod bad_input;
+mod bad_solids;
 mod cli;
 mod determinism;
 mod geometry;

@@ -34,9 +34,9 @@ pub const LAWS: &[Law] = &[
     },
     Law {
         name: "radiometry/blend",
-        claim: "In an even sky L, a ball that is 1 - w diffuse ρ and w a mirror s shows ((1 - w) ρ + w s) L; likewise with glass, \
-                which shows L.",
-        source: "linearity of the reflection in the bsdf",
+        claim: "In an even sky L, a ball that is 1 - w diffuse ρ and w a mirror s shows ((1 - w) ρ + w s) L; with glass of \
+                index n, s is 0.04 + 0.96 / n² at normal incidence.",
+        source: "linearity of the reflection in the bsdf; conservation of étendue",
         check: blend,
     },
     Law {
@@ -137,12 +137,14 @@ fn blend(effort: Effort) -> Vec<Finding> {
     let conductor =
         format!(r#"<bsdf type="conductor"><rgb name="specular_reflectance" value="{}"/></bsdf>"#, triple(mirror));
     let mut findings = Vec::new();
-    for (name, other, reflectance) in [("mirror", conductor.as_str(), mirror), ("glass", GLASS, Rgb::ONE)] {
+    for (name, other, reflectance) in
+        [("mirror", conductor.as_str(), mirror), ("glass", GLASS, Rgb::splat(0.04 + 0.96 / 2.25))]
+    {
         let bsdf = format!(
             r#"<bsdf type="blendbsdf"><float name="weight" value="{share}"/>{}{other}</bsdf>"#,
             diffuse(ALBEDO)
         );
-        // Half of space is glass: what is let in is 1/n² as bright as below, where the sky is bright too.
+        // Half of space is glass, under which the sky is as bright: seen from outside, 1/n² of that.
         let shape = if name == "glass" { r#"<shape type="plane">"# } else { r#"<shape type="sphere">"# };
         let setup = Setup::new(&path(-1, 5), &format!("{}{shape}{bsdf}</shape>", sky(RADIANCE)));
         let ray = (DVec3::new(0.3, 0.2, 3.0), -DVec3::Z);
