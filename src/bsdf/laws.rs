@@ -319,7 +319,7 @@ fn phong_albedo(n: u32, theta: f64) -> f64 {
     let (sin, cos) = theta.sin_cos();
     // W_k = √π Γ((k + 1) / 2) / Γ(k / 2 + 1) = ∫ sinᵏ over half a turn.
     let wallis = |k: u32| {
-        (0..k / 2).fold(if k % 2 == 0 { PI } else { 2.0 }, |w, i| {
+        (0..k / 2).fold(if k.is_multiple_of(2) { PI } else { 2.0 }, |w, i| {
             let k = f64::from(k % 2 + 2 * i + 2);
             w * (k - 1.0) / k
         })

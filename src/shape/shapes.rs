@@ -19,7 +19,7 @@ impl Shapes {
     /// These shapes, each known by its place in the list.
     #[must_use]
     pub fn new(shapes: Vec<Shape>) -> Self {
-        let is_unbounded = |bounds: &Aabb| !bounds.is_empty() && !(bounds.min.is_finite() && bounds.max.is_finite());
+        let is_unbounded = |bounds: &Aabb| !(bounds.is_empty() || bounds.min.is_finite() && bounds.max.is_finite());
         let mut boxes: Vec<_> = shapes.iter().map(Shape::bounds).collect();
         let unbounded: Vec<_> = (0..shapes.len()).filter(|&shape| is_unbounded(&boxes[shape])).collect();
         unbounded.iter().for_each(|&shape| boxes[shape] = Aabb::EMPTY);

@@ -233,16 +233,19 @@ fn crossings(shape: &Shape, ray: &Ray) -> Vec<Hit> {
     shape.form.cross(&Line::new(ray)).into_iter().map(Hit::from).collect()
 }
 
+/// Negative inside of a solid.
+type Inequality = fn(DVec3) -> f64;
+
 /// A random set, as an element and as inequalities.
 enum Tree {
-    Leaf { element: String, to_local: DAffine3, form: fn(DVec3) -> f64 },
+    Leaf { element: String, to_local: DAffine3, form: Inequality },
     Node { operation: usize, children: Vec<Tree> },
 }
 
 const OPERATIONS: [&str; 3] = ["union", "intersection", "difference"];
 
-/// Leaves in their own space, with a form that is negative inside.
-const LEAVES: [(&str, fn(DVec3) -> f64); 6] = [
+/// Leaves in their own space.
+const LEAVES: [(&str, Inequality); 6] = [
     (r#"type="sphere""#, |p| p.length() - 1.0),
     (r#"type="cube""#, |p| p.abs().max_element() - 1.0),
     (r#"type="plane""#, |p| p.z),

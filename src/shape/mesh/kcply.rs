@@ -36,18 +36,22 @@ fn syntax(line: usize, what: impl Into<String>) -> MeshFault {
 
 /// The lines of a file, numbered from 1; blank ones at the end do not count.
 struct Lines<'b> {
-    lines: std::iter::Enumerate<std::slice::Split<'b, u8, fn(&u8) -> bool>>,
+    rest: Option<&'b [u8]>,
+    number: usize,
 }
 
 impl<'b> Lines<'b> {
     fn new(bytes: &'b [u8]) -> Self {
-        let is_end: fn(&u8) -> bool = |byte| *byte == b'\n';
-        Self { lines: bytes.trim_ascii_end().split(is_end).enumerate() }
+        Self { rest: Some(bytes.trim_ascii_end()), number: 0 }
     }
 
     /// The next line with its number.
     fn next(&mut self) -> Option<(usize, &'b [u8])> {
-        self.lines.next().map(|(i, line)| (i + 1, line.trim_ascii()))
+        let rest = self.rest?;
+        let end = rest.iter().position(|byte| *byte == b'\n');
+        self.rest = end.map(|end| &rest[end + 1..]);
+        self.number += 1;
+        Some((self.number, rest[..end.unwrap_or(rest.len())].trim_ascii()))
     }
 }
 

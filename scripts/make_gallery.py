@@ -1,0 +1,67 @@
+#!/usr/bin/env python3
+"""Render the figures of assets/scenes/figures into reports/gallery, as the README shows them.
+
+Standard library only; builds the program first. Exit codes: 0 all is well; 2 a picture could not be made.
+"""
+
+import argparse
+import subprocess
+import sys
+import tempfile
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+FIGURES = ROOT / "assets" / "scenes" / "figures"
+GALLERY = ROOT / "reports" / "gallery"
+
+# Pictures beside the one of each scene as it is: options of `etendue render`, by the suffix of their names.
+VARIANTS = {"figure-7-shadows": {"-transparent": ["--param", "transparent_shadows=true"]}}
+
+
+def parse_arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scale", type=int, default=3, help="size of the pictures, in that of the scenes (default: %(default)s)")
+    parser.add_argument("--spp", type=int, default=512, help="samples per pixel (default: %(default)s)")
+    return parser.parse_args()
+
+
+def pictures() -> dict[str, tuple[Path, list[str]]]:
+    """Scene and options of each picture, by its name."""
+    found = {}
+    for scene in sorted(FIGURES.glob("*.xml")):
+        for suffix, options in {"": [], **VARIANTS.get(scene.stem, {})}.items():
+            found[scene.stem + suffix] = (scene, options)
+    return found
+
+
+def size(scene: Path, scale: int) -> list[str]:
+    """The options that enlarge the film of a scene, whose size stands in its parameters `width` and `height`."""
+    defaults = {element.get("name"): element.get("value", "") for element in ET.parse(scene).getroot().iter("default")}
+    return [text for name in ("width", "height") for text in ("-D", f"{name}={scale * int(defaults[name])}")]
+
+
+def render(name: str, scene: Path, options: list[str], arguments: argparse.Namespace) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        image = Path(folder) / f"{name}.exr"
+        film = size(scene, arguments.scale)
+        program = ["cargo", "run", "--release", "--quiet", "--", "render", str(scene), "-o", str(image), "--png"]
+        subprocess.run([*program, "--spp", str(arguments.spp), *film, *options], check=True, cwd=ROOT)
+        GALLERY.mkdir(parents=True, exist_ok=True)
+        (GALLERY / f"{name}.png").write_bytes(image.with_suffix(".png").read_bytes())
+
+
+def main() -> int:
+    arguments = parse_arguments()
+    try:
+        for name, (scene, options) in pictures().items():
+            print(name, flush=True)
+            render(name, scene, options, arguments)
+    except (OSError, subprocess.CalledProcessError) as error:
+        print(f"make_gallery.py: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
