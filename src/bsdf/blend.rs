@@ -111,7 +111,7 @@ impl Model for Blend {
         self.bsdfs.iter().any(Bsdf::glows)
     }
 
-    fn glow(&self, surface: &Surface) -> Rgb {
-        self.parts(surface.uv).map(|(share, bsdf)| share * bsdf.glow(surface)).sum()
+    fn glow(&self, surface: &Surface, is_front: bool) -> Rgb {
+        self.parts(surface.uv).map(|(share, bsdf)| share * bsdf.glow(surface, is_front)).sum()
     }
 }

@@ -54,8 +54,8 @@ pub const LAWS: &[Law] = &[
     },
     Law {
         name: "bsdf/metal",
-        claim: "Fuzzy metal has the density, the distribution and the directional albedo of their closed forms, at roughness \
-                below and above 1.",
+        claim: "Fuzzy metal has the density and the distribution of their closed forms, at roughness below and above 1, and the \
+                directional albedo at roughness up to 1.",
         source: "the ball's volume by direction: ∫ s² ds along chords; below the horizon, the volume of a cap",
         check: metal,
     },
@@ -400,6 +400,15 @@ fn metal(effort: Effort) -> Vec<Finding> {
         let statistic = format!("D = {:.5}", test.statistic);
         findings.push(Finding::test(format!("distribution, ρ = {roughness}"), statistic, test.p));
     }
+    // Above 1, directions in the lower half are lost.
+    let bsdf = fuzzy(1.5);
+    let mut stream = Stream::at(&[14]);
+    let kept = (0..effort.samples(20_000)).filter_map(|_| bsdf.sample(&straight, stream.next_1d(), stream.next_2d()));
+    let cosines: Vec<f64> = kept.map(|sample| sample.wo.z).collect();
+    // The antiderivative of the density by the cosine, up to a factor.
+    let integral = |cos: f64| cos.powi(4) + 1.875 * cos * cos + cos * (1.25 + cos * cos).powf(1.5);
+    let test = Ks::one_sample(&cosines, |cos| integral(cos) / integral(1.0));
+    findings.push(Finding::test("distribution, ρ = 1.5", format!("D = {:.5}", test.statistic), test.p));
     for (roughness, degrees, expected) in [(0.3, 80.0, 0.885_638), (0.3, 89.0, 0.543_582), (1.0, 60.0, 0.843_75_f64)] {
         let cos = f64::to_radians(degrees).cos();
         let z: f64 = cos / roughness;

@@ -26,6 +26,9 @@ pub struct Metal {
     roughness: f64,
 }
 
+/// What is smoother is a mirror: no direction of 64-bit numbers could tell.
+const SMOOTHEST: f64 = 1e-7;
+
 impl Described for Metal {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
@@ -33,7 +36,7 @@ impl Described for Metal {
         summary: "A mirror whose directions are blurred by a ball; not reciprocal.",
         params: &[
             Param::new("reflectance", Kind::Texture, "1", "the share of light that is reflected").within(Range::UNIT),
-            Param::new("roughness", Kind::Float, "0", "the radius of the ball; 0 is a mirror").within(Range {
+            Param::new("roughness", Kind::Float, "0", "the radius of the ball; below 1e-7 a mirror").within(Range {
                 min: 0.0,
                 max: 10.0,
                 open: false,
@@ -44,13 +47,16 @@ impl Described for Metal {
             r#"<bsdf type="metal"><float name="roughness" value="0.05"/></bsdf>"#,
             r#"<bsdf type="metal"><rgb name="reflectance" value="0.5, 0.6, 0.9"/><float name="roughness" value="1"/></bsdf>"#,
             r#"<bsdf type="metal"><float name="roughness" value="1.5"/></bsdf>"#,
+            r#"<bsdf type="metal"><float name="roughness" value="10"/></bsdf>"#,
             r#"<bsdf type="metal"><rgb name="reflectance" value="0.4, 0.6, 0.8"/></bsdf>"#,
         ],
         evidence: &["bsdf/metal", "bsdf/*", "reference/materials"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
-        Ok(Self { reflectance: Texture::of(params, "reflectance")?, roughness: params.float("roughness")? })
+        let roughness = params.float("roughness")?;
+        let roughness = if roughness < SMOOTHEST { 0.0 } else { roughness };
+        Ok(Self { reflectance: Texture::of(params, "reflectance")?, roughness })
     }
 }
 

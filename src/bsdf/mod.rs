@@ -121,8 +121,8 @@ pub trait Model {
         false
     }
 
-    /// Radiance that the surface shows by itself, to all sides, whatever the light; not physical.
-    fn glow(&self, _surface: &Surface) -> Rgb {
+    /// Radiance that a side of the surface shows by itself, whatever the light; not physical.
+    fn glow(&self, _surface: &Surface, _is_front: bool) -> Rgb {
         Rgb::ZERO
     }
 }
@@ -196,8 +196,8 @@ impl Model for Bsdf {
         each_bsdf!(self, bsdf => bsdf.glows())
     }
 
-    fn glow(&self, surface: &Surface) -> Rgb {
-        each_bsdf!(self, bsdf => bsdf.glow(surface))
+    fn glow(&self, surface: &Surface, is_front: bool) -> Rgb {
+        each_bsdf!(self, bsdf => bsdf.glow(surface, is_front))
     }
 }
 

@@ -52,7 +52,7 @@ impl Model for Normals {
         true
     }
 
-    fn glow(&self, surface: &Surface) -> Rgb {
+    fn glow(&self, surface: &Surface, _is_front: bool) -> Rgb {
         0.5 * (surface.shading.n + 1.0)
     }
 }

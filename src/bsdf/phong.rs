@@ -46,7 +46,7 @@ impl Described for Phong {
             r#"<bsdf type="phong"><rgb name="diffuse_reflectance" value="0.2, 0.5, 0.1"/>
                 <rgb name="specular_reflectance" value="0.3, 0.2, 0.6"/><float name="exponent" value="10"/></bsdf>"#,
             r#"<bsdf type="phong"><float name="diffuse_reflectance" value="0"/><float name="specular_reflectance" value="1"/>
-                <float name="exponent" value="200"/></bsdf>"#,
+                <float name="exponent" value="500"/></bsdf>"#,
             r#"<bsdf type="phong"><float name="diffuse_reflectance" value="0"/><float name="specular_reflectance" value="0.9"/>
                 <float name="exponent" value="0"/><rgb name="ambient" value="0.1, 0.2, 0.3"/></bsdf>"#,
         ],
@@ -58,7 +58,7 @@ impl Described for Phong {
         let specular_reflectance = Texture::of(params, "specular_reflectance")?;
         let greatest = (diffuse_reflectance.extremes().1 + specular_reflectance.extremes().1).max_element();
         if greatest > 1.0 + 1e-9 {
-            let what = format!("diffuse and specular reflectance add up to {greatest}");
+            let what = format!("diffuse and specular reflectance add up to {greatest} at most");
             return Err(params.error("specular_reflectance", what).hint("they may be 1 together"));
         }
         let (exponent, ambient) = (params.float("exponent")?, params.rgb("ambient")?);
@@ -130,7 +130,7 @@ impl Model for Phong {
         self.ambient != Rgb::ZERO
     }
 
-    fn glow(&self, _surface: &Surface) -> Rgb {
-        self.ambient
+    fn glow(&self, _surface: &Surface, is_front: bool) -> Rgb {
+        if is_front { self.ambient } else { Rgb::ZERO }
     }
 }

@@ -93,10 +93,10 @@ impl Model for TwoSided {
     }
 
     fn glows(&self) -> bool {
-        self.front.glows()
+        self.front.glows() || self.back.glows()
     }
 
-    fn glow(&self, surface: &Surface) -> Rgb {
-        self.front.glow(surface)
+    fn glow(&self, surface: &Surface, is_front: bool) -> Rgb {
+        if is_front { self.front.glow(surface, true) } else { self.back.glow(surface, true) }
     }
 }

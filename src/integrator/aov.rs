@@ -9,8 +9,9 @@ use crate::{
 };
 
 /// Layers that show what the first surface is like, beside the image of another integrator if there is one inside.
-/// Each is the mean over the pixel's samples, of 0 where there is no surface. `wireframe` is 1 on the edges of the
-/// triangles of meshes, in lines as wide as a pixel, and 0 elsewhere.
+/// Each is the mean over the pixel's samples, of 0 where there is no surface. `wireframe` is 1 within half
+/// a pixel of an edge of a triangle of a mesh, so that the edges between triangles are lines as wide as a pixel, and 0
+/// elsewhere; operands of a csg show none.
 #[derive(Clone, Debug)]
 pub struct Aov {
     layers: Vec<(String, Quantity)>,

@@ -78,7 +78,10 @@ impl Model for Path {
             let Some(vertex) = met else {
                 return radiance + emission_weight * throughput * scene.sky(direction);
             };
-            radiance += throughput * (emission_weight * scene.emitted(&vertex) + scene.glow(&vertex));
+            radiance += emission_weight * throughput * scene.emitted(&vertex);
+            if scene.glows() {
+                radiance += throughput * scene.glow(&vertex);
+            }
             if depth >= self.depths.max {
                 break;
             }
@@ -105,12 +108,15 @@ impl Model for Path {
             }
             direction = vertex.surface.shading.to_world(sample.wo);
             met = scene.intersect(&Ray::leaving(junction.p(), direction));
-            let is_smooth = sample.lobe == Lobe::Smooth;
-            let passes = sample.wo.z * junction.query.wi.z < 0.0;
-            is_sought = self.shadows == Shadows::Transparent && (is_smooth || is_sought && passes);
-            let drawn = is_smooth.then_some((&junction, sample.density));
-            let is_found_twice = is_sought && !is_smooth;
-            emission_weight = if is_found_twice { 0.0 } else { Segment { drawn }.weight(scene, met.as_ref()) };
+            let drawn = (sample.lobe == Lobe::Smooth).then_some((&junction, sample.density));
+            emission_weight = Segment { drawn }.weight(scene, met.as_ref());
+            if self.shadows == Shadows::Transparent {
+                let passes = sample.wo.z * junction.query.wi.z < 0.0;
+                is_sought = drawn.is_some() || is_sought && passes;
+                if is_sought && drawn.is_none() {
+                    emission_weight = 0.0;
+                }
+            }
         }
         radiance
     }

@@ -40,18 +40,21 @@ impl Ray {
     }
 
     /// The point at parameter `t`.
+    #[inline(always)]
     #[must_use]
     pub fn at(&self, t: f64) -> DVec3 {
         self.origin + t * self.direction
     }
 
     /// The same ray seen from another space, with the same parameter `t`.
+    #[inline(always)]
     #[must_use]
     pub fn transformed(&self, map: &DAffine3) -> Self {
         Self { origin: map.transform_point3(self.origin), direction: map.transform_vector3(self.direction), ..*self }
     }
 
     /// Whether a hit at `t` counts.
+    #[inline(always)]
     #[must_use]
     pub fn contains(&self, t: f64) -> bool {
         self.t_min < t && t < self.t_max

@@ -178,8 +178,8 @@ fn wireframe(effort: Effort) -> Vec<Finding> {
     let [a, b, c] = corners;
     let area = 0.5 * (b - a).cross(c - a).length();
     let inradius = 2.0 * area / (a.distance(b) + b.distance(c) + c.distance(a));
-    // Two pixels for each unit; distances count from the near plane.
-    let half_pixel = 0.25 * (DISTANCE - NEAR) / DISTANCE;
+    // Two pixels for each unit.
+    let half_pixel = 0.25;
     let band = area * (1.0 - (1.0 - half_pixel / inradius).powi(2));
     let total = |number: u64| {
         let image = renderer.render(Pass { seed: 5, number, samples: 64 }, &|_| {}).image();

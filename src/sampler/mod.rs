@@ -106,7 +106,7 @@ pub enum PathNumbers {
 }
 
 impl Numbers for PathNumbers {
-    #[inline]
+    #[inline(always)]
     fn next_1d(&mut self) -> f64 {
         match self {
             Self::Independent(numbers) => numbers.next_1d(),
@@ -115,7 +115,7 @@ impl Numbers for PathNumbers {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn next_2d(&mut self) -> DVec2 {
         match self {
             Self::Independent(numbers) => numbers.next_2d(),

@@ -81,11 +81,12 @@ impl Scene {
     #[must_use]
     pub fn is_on_edge(&self, vertex: &Vertex) -> bool {
         let distance = self.shapes[vertex.part].edge_distance(&vertex.surface);
-        distance.is_some_and(|distance| distance <= 0.5 * self.sensor.camera.pixel_width() * vertex.t)
+        distance.is_some_and(|distance| distance <= 0.5 * self.sensor.camera.footprint(vertex.surface.p))
     }
 
     /// What gets through to the end of a ray past surfaces that are transparent, without being bent, and whether there is
     /// any such surface.
+    #[inline(never)]
     #[must_use]
     pub fn straight_transmittance(&self, ray: &Ray) -> (Rgb, bool) {
         let mut rest = *ray;
@@ -121,11 +122,18 @@ impl Scene {
         }
     }
 
-    /// The radiance that the material at a vertex shows by itself.
+    /// Whether any material shows radiance by itself.
     #[inline]
     #[must_use]
+    pub fn glows(&self) -> bool {
+        self.glows
+    }
+
+    /// The radiance that the material at a vertex shows by itself.
+    #[must_use]
     pub fn glow(&self, vertex: &Vertex) -> Rgb {
-        if self.glows { self.bsdf(vertex).glow(&vertex.surface) } else { Rgb::ZERO }
+        let is_front = vertex.surface.shading.n.dot(vertex.back) > 0.0;
+        self.bsdf(vertex).glow(&vertex.surface, is_front)
     }
 
     /// Whether a vertex lies on a light.

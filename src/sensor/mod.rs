@@ -22,8 +22,8 @@ pub trait Model {
     /// and a point of the lens. Its direction has unit length. Every such ray counts the same.
     fn ray(&self, film: DVec2, lens: DVec2) -> Ray;
 
-    /// How wide a pixel is at a distance of 1.
-    fn pixel_width(&self) -> f64;
+    /// How wide a pixel's part of the plane is that lies through a point across the camera's axis.
+    fn footprint(&self, p: DVec3) -> f64;
 }
 
 catalogue! { ($)
@@ -42,8 +42,8 @@ impl Model for Camera {
         each_camera!(self, camera => camera.ray(film, lens))
     }
 
-    fn pixel_width(&self) -> f64 {
-        each_camera!(self, camera => camera.pixel_width())
+    fn footprint(&self, p: DVec3) -> f64 {
+        each_camera!(self, camera => camera.footprint(p))
     }
 }
 
@@ -167,6 +167,10 @@ impl Projection {
             "diagonal" => tangent * film.x / film.length(),
             _ => tangent,
         })
+    }
+
+    fn footprint(&self, p: DVec3) -> f64 {
+        self.pixel.x * self.to_world.matrix3.z_axis.dot(p - self.to_world.translation)
     }
 
     /// The local direction through a position on the film, with depth 1.

@@ -32,7 +32,7 @@ impl Model for Perspective {
         self.projection.ray(DVec3::ZERO, self.projection.direction(film))
     }
 
-    fn pixel_width(&self) -> f64 {
-        self.projection.pixel.x
+    fn footprint(&self, p: DVec3) -> f64 {
+        self.projection.footprint(p)
     }
 }

@@ -1,4 +1,4 @@
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::{FAR_CLIP, FILM, FOCAL_LENGTH, FOV, FOV_AXIS, Model, NEAR_CLIP, Projection, SAMPLER, TO_WORLD};
 use crate::{
@@ -53,7 +53,7 @@ impl Model for ThinLens {
         self.projection.ray(origin, focus - origin)
     }
 
-    fn pixel_width(&self) -> f64 {
-        self.projection.pixel.x
+    fn footprint(&self, p: DVec3) -> f64 {
+        self.projection.footprint(p)
     }
 }

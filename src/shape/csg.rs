@@ -15,8 +15,10 @@ use crate::{
 /// Solids are spheres, ellipsoids, cubes, closed meshes, planes (the half-space below), cylinders and other quadrics
 /// (their ends closed by flat faces), and other csgs, to any depth. One operand alone is its solid, with closed ends.
 /// Normals point out of the result, so that glass is entered and left in turn, and nothing is met within a union. An
-/// operand's own bsdf covers what remains of its surface, the csg's the rest. Where faces of operands coincide or
-/// touch, see [`combine`]: there is neither gap nor skin, and the first operand's surface counts.
+/// operand's own bsdf covers what remains of its surface, the csg's the rest. What is
+/// thinner than the distance by which rays leave surfaces, 1e-9 of the coordinates, does not exist: where faces of operands
+/// coincide or touch there is neither gap nor skin, and the first operand's surface counts. Shells of a mesh must face
+/// outwards; one within another that faces inwards bounds a cavity.
 #[derive(Clone, Debug)]
 pub struct Csg {
     operation: Operation,
@@ -42,12 +44,13 @@ impl Described for Csg {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
         name: "csg",
-        summary: "Union, intersection or difference of solids.",
+        summary: "Union, intersection or difference of solids: spheres, ellipsoids, cubes, closed meshes, planes (half-spaces), \
+                  quadrics (their ends closed) and other csgs.",
         params: &[
             Param::required(
                 "operation",
                 Kind::Choice(&["union", "intersection", "difference"]),
-                "union, intersection, or difference: the first without all others",
+                "what is made of them; the difference is the first without all others",
             ),
             Param::required(
                 "shape",

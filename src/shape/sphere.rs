@@ -30,6 +30,9 @@ pub trait Kind: Clone + Debug {
     /// The manual page.
     const PLUGIN: Plugin;
 
+    /// Whether a mirrored `to_world` turns it inside out.
+    const TURNS_IN_MIRRORS: bool;
+
     /// The three radii in the shape's space.
     ///
     /// # Errors
@@ -44,6 +47,9 @@ const CENTER: Param = Param::new("center", ParamKind::Point, "0, 0, 0", "the cen
 pub struct Sphere;
 
 impl Kind for Sphere {
+    /// As in Mitsuba, whose other shapes keep their normals.
+    const TURNS_IN_MIRRORS: bool = true;
+
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
         name: "sphere",
@@ -79,6 +85,8 @@ impl Kind for Sphere {
 pub struct Ellipsoid;
 
 impl Kind for Ellipsoid {
+    const TURNS_IN_MIRRORS: bool = false;
+
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
         name: "ellipsoid",
@@ -196,9 +204,8 @@ impl<K: Kind> Model for Spheroid<K> {
         self.roots(&line.ray).map(|roots| roots.map(|t| Crossing::new(t, 0)))
     }
 
-    /// As in Mitsuba, whose sphere does not keep its normals in a mirror, unlike its other shapes.
     fn is_inside_out(&self) -> bool {
-        self.affine.to_world.matrix3.determinant() < 0.0
+        K::TURNS_IN_MIRRORS && self.affine.to_world.matrix3.determinant() < 0.0
     }
 
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {

@@ -64,18 +64,20 @@ impl<'s> Junction<'s> {
             return Rgb::ZERO;
         };
         let wo = self.vertex.surface.shading.to_local(incident.direction);
-        let scattered = self.bsdf.eval_cos(&self.query, wo) * incident.value;
+        let mut scattered = self.bsdf.eval_cos(&self.query, wo) * incident.value;
         if scattered == Rgb::ZERO {
             return Rgb::ZERO;
         }
-        let (share, is_crossed) = match shadows {
-            Shadows::Opaque => (if scene.occluded(&incident.shadow_ray) { Rgb::ZERO } else { Rgb::ONE }, false),
-            Shadows::Transparent => scene.straight_transmittance(&incident.shadow_ray),
-        };
-        if share == Rgb::ZERO {
-            return Rgb::ZERO;
+        let mut is_crossed = false;
+        match shadows {
+            Shadows::Opaque if scene.occluded(&incident.shadow_ray) => return Rgb::ZERO,
+            Shadows::Opaque => {}
+            Shadows::Transparent => {
+                let share;
+                (share, is_crossed) = scene.straight_transmittance(&incident.shadow_ray);
+                scattered *= share;
+            }
         }
-        let scattered = share * scattered;
         match incident.density {
             None => scattered,
             // A sampled direction does not find light straight through glass.

@@ -163,7 +163,11 @@ fn hyperboloid(params: &Params<'_>, to_world: DAffine3) -> Known {
         let area = revolved_area(&map, [low.asinh(), high.asinh()], |s| DVec2::new(s.cosh(), s.sinh()));
         return around_z(map, [low, high], |z| 1.0 + z * z, area);
     }
-    // The example has both sheets.
+    if low >= -1.0 {
+        let area = revolved_area(&map, [0.0, high.acosh()], |s| DVec2::new(s.sinh(), s.cosh()));
+        return around_z(map, [1.0, high], |z| z * z - 1.0, area);
+    }
+    // Both sheets.
     let lower = revolved_area(&map, [0.0, (-low).acosh()], |s| DVec2::new(s.sinh(), -s.cosh()));
     let upper = revolved_area(&map, [0.0, high.acosh()], |s| DVec2::new(s.sinh(), s.cosh()));
     around_z(map, [low, high], |z| z * z - 1.0, lower + upper)

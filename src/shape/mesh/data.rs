@@ -19,8 +19,8 @@ pub struct MeshData {
     pub uvs: Option<Vec<[f32; 2]>>,
     /// Three indices into `positions` for each triangle, anticlockwise seen from its front.
     pub triangles: Vec<[u32; 3]>,
-    /// How many triangles of zero area were left out of `triangles`.
-    pub dropped: usize,
+    /// The triangles of zero area, which are left out of `triangles`.
+    pub slivers: Vec<[u32; 3]>,
 }
 
 impl MeshData {
@@ -49,13 +49,12 @@ impl MeshData {
                 check_index(face as u64, i64::from(corner), positions.len())?;
             }
         }
-        let given = triangles.len();
-        triangles.retain(|corners| !has_zero_area(corners.map(|corner| positions[corner as usize])));
-        let dropped = given - triangles.len();
+        let is_sliver = |corners: &mut [u32; 3]| has_zero_area(corners.map(|corner| positions[corner as usize]));
+        let slivers: Vec<_> = triangles.extract_if(.., is_sliver).collect();
         if triangles.is_empty() {
-            return Err(MeshFault::NoTriangle { dropped });
+            return Err(MeshFault::NoTriangle { dropped: slivers.len() });
         }
-        Ok(Self { positions, normals, uvs, triangles, dropped })
+        Ok(Self { positions, normals, uvs, triangles, slivers })
     }
 }
 
@@ -285,14 +284,14 @@ mod tests {
     #[test]
     fn zero_area_is_a_repeated_corner_or_three_on_a_line() {
         let kept = mesh(&[[0, 0, 1], [0, 1, 3], [0, 1, 2], [3, 2, 3]]).expect("one is left");
-        assert_eq!((kept.triangles, kept.dropped), (vec![[0, 1, 2]], 3));
+        assert_eq!((kept.triangles, kept.slivers), (vec![[0, 1, 2]], vec![[0, 0, 1], [0, 1, 3], [3, 2, 3]]));
     }
 
     /// Its area in square units is below the least number of single precision, by far.
     #[test]
     fn a_small_triangle_is_kept() {
         let positions = CORNERS.map(|corner| corner.map(|x| x * 1e-38)).to_vec();
-        assert_eq!(MeshData::new(positions, None, None, vec![[0, 1, 2]]).expect("it has an area").dropped, 0);
+        assert_eq!(MeshData::new(positions, None, None, vec![[0, 1, 2]]).expect("it has an area").slivers, [[0; 3]; 0]);
     }
 
     #[test]

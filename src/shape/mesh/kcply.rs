@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use super::data::{self, MeshData, MeshError, MeshFault, check_index, check_vertex_count, quoted};
+use super::data::{self, MeshData, MeshError, MeshFault, check_vertex_count, quoted};
 
 /// What the vertices of a kcply file are numbered from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,12 +81,13 @@ fn parse(bytes: &[u8], base: IndexBase) -> Result<MeshData, MeshFault> {
         return Err(syntax(line, format!("{} stands behind the last face that the header promises", quoted(text))));
     }
     let first = first_index(&corners, positions.len(), base)?;
-    let number = |(face, corners): (usize, &[i64; 3])| {
-        let mut triangle = [0; 3];
-        for (vertex, &index) in triangle.iter_mut().zip(corners) {
-            *vertex = check_index(face as u64, index.saturating_sub(first), positions.len())?;
+    let last = first + positions.len() as i64 - 1;
+    let number = |(face, corners): (usize, &[i64; 3])| match corners.iter().find(|i| !(first..=last).contains(i)) {
+        None => Ok(corners.map(|index| (index - first) as u32)),
+        Some(index) => {
+            let line = 4 + positions.len() + face;
+            Err(syntax(line, format!("no vertex has the number {index}; they go from {first} to {last}")))
         }
-        Ok(triangle)
     };
     let triangles = corners.iter().enumerate().map(number).collect::<Result<_, MeshFault>>()?;
     MeshData::new(positions, None, None, triangles)
@@ -190,10 +191,14 @@ mod tests {
     #[test]
     fn indices_that_fit_no_base() {
         assert!(read("3 0 1 4\n", IndexBase::Auto).expect_err("both").contains("both 0 and 4"));
-        assert!(read("3 0 1 5\n", IndexBase::Auto).expect_err("outside").contains("face 0"));
-        assert!(read("3 -1 1 2\n", IndexBase::Auto).expect_err("outside").contains("face 0"));
-        assert!(read("3 1 2 4\n", IndexBase::Zero).expect_err("outside").contains("vertex 4"));
-        assert!(read("3 0 2 1\n", IndexBase::One).expect_err("outside").contains("vertex -1"));
+        assert!(
+            read("3 0 1 5\n", IndexBase::Auto)
+                .expect_err("outside")
+                .contains("line 8: no vertex has the number 5; they go from 0 to 3")
+        );
+        assert!(read("3 -1 1 2\n", IndexBase::Auto).expect_err("outside").contains("number -1"));
+        assert!(read("3 1 2 4\n", IndexBase::Zero).expect_err("outside").contains("number 4; they go from 0 to 3"));
+        assert!(read("3 0 2 1\n", IndexBase::One).expect_err("outside").contains("number 0; they go from 1 to 4"));
     }
 
     #[test]

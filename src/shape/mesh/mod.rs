@@ -193,7 +193,8 @@ pub struct Mesh<F> {
     uvs: Option<Vec<[f32; 2]>>,
     /// The area of all triangles up to and including each.
     cumulative_area: Vec<f64>,
-    dropped: usize,
+    /// Triangles without area.
+    slivers: Vec<[u32; 3]>,
     /// Of a closed mesh, 1 if the corners of its triangles turn anticlockwise from outside, else -1.
     outward: f64,
     /// Whether glass on it may have an edge.
@@ -218,7 +219,7 @@ impl<F> Mesh<F> {
     /// A mesh in the world. Vertices are rounded to `f32` there, as in Mitsuba.
     #[must_use]
     pub fn new(data: MeshData, to_world: &DAffine3, face_normals: bool) -> Self {
-        let MeshData { mut positions, normals, uvs, triangles, dropped } = data;
+        let MeshData { mut positions, normals, uvs, triangles, slivers } = data;
         for p in &mut positions {
             *p = narrow(to_world.transform_point3(wide(*p)));
         }
@@ -241,7 +242,7 @@ impl<F> Mesh<F> {
             })
             .collect();
         let outward = solid::signed_volume(&triangles).signum();
-        Self { triangles, normals, uvs, cumulative_area, dropped, outward, allow_open: false, format: PhantomData }
+        Self { triangles, normals, uvs, cumulative_area, slivers, outward, allow_open: false, format: PhantomData }
     }
 
     fn area(&self) -> f64 {
@@ -319,11 +320,11 @@ impl<F> Model for Mesh<F> {
     }
 
     fn dropped(&self) -> usize {
-        self.dropped
+        self.slivers.len()
     }
 
     fn check_solid(&self) -> Result<(), String> {
-        match solid::open_edges(&self.triangles) {
+        match solid::open_edges(&self.triangles, &self.slivers) {
             Some(edges) => Err(edges.to_string()),
             None if solid::signed_volume(&self.triangles) == 0.0 => Err("the mesh has no volume".into()),
             None => Ok(()),
@@ -352,6 +353,6 @@ impl<F> Model for Mesh<F> {
     }
 
     fn open_edges(&self) -> Option<OpenEdges> {
-        if self.allow_open { None } else { solid::open_edges(&self.triangles) }
+        if self.allow_open { None } else { solid::open_edges(&self.triangles, &self.slivers) }
     }
 }

@@ -190,7 +190,7 @@ mod tests {
             normals: normals.clone(),
             uvs: uvs.clone(),
             triangles: vec![[0, 1, 2]],
-            dropped: 0,
+            slivers: vec![],
         };
         assert_eq!(square("f 1 2 3"), mesh(&None, &None));
         assert_eq!(square("f 1/1 2/2 3/1"), mesh(&None, &uvs));
@@ -251,7 +251,7 @@ mod tests {
     #[test]
     fn triangles_of_zero_area_are_left_out_and_counted() {
         let mesh = square("f 1 1 2\nf 1 2 3");
-        assert_eq!((mesh.triangles, mesh.dropped), (vec![[0, 1, 2]], 1));
+        assert_eq!((mesh.triangles, mesh.slivers.len()), (vec![[0, 1, 2]], 1));
         assert_eq!(error(SQUARE), "the mesh has no triangle");
         assert_eq!(error(""), "the mesh has no triangle");
     }

@@ -36,7 +36,9 @@ impl fmt::Display for OpenEdges {
 
 /// The boundary of the surface, if it has one: edges along which as many triangles do not run one way as the other.
 /// Vertices at one place are one vertex, whatever their normals.
-pub(super) fn open_edges(triangles: &Triangles) -> Option<OpenEdges> {
+///
+/// `slivers` are triangles without area, which close gaps as well.
+pub(super) fn open_edges(triangles: &Triangles, slivers: &[[u32; 3]]) -> Option<OpenEdges> {
     let mut places = HashMap::new();
     let of_vertex: Vec<u32> = triangles
         .positions()
@@ -48,7 +50,7 @@ pub(super) fn open_edges(triangles: &Triangles) -> Option<OpenEdges> {
         })
         .collect();
     let mut balance: HashMap<[u32; 2], ([u32; 2], i32)> = HashMap::new();
-    for corners in triangles.indices() {
+    for corners in triangles.indices().iter().chain(slivers) {
         for i in 0..3 {
             let vertices = [corners[i], corners[(i + 1) % 3]];
             let [a, b] = vertices.map(|v| of_vertex[v as usize]);
@@ -80,8 +82,9 @@ pub(super) fn signed_volume(triangles: &Triangles) -> f64 {
 
 /// Where a line enters and leaves a closed mesh; `outward` is the sign of its volume.
 ///
-/// A line through an edge meets both its triangles: hits at one place count once, as what prevails among them, and
-/// what would enter twice in turn, or leave twice, does not count.
+/// A line through an edge meets both its triangles: hits at one place count once, as what prevails among them. Inside is
+/// where more surfaces have been entered than left, so that shells may overlap, and one that faces inwards within another
+/// bounds a cavity.
 pub(super) fn cross(triangles: &Triangles, outward: f64, line: &Line) -> Crossings {
     let mut hits: Vec<(Crossing, bool)> = Vec::new();
     triangles.for_each(&line.ray, |hit| {
@@ -91,17 +94,16 @@ pub(super) fn cross(triangles: &Triangles, outward: f64, line: &Line) -> Crossin
     });
     hits.sort_unstable_by(|(a, _), (b, _)| a.t.total_cmp(&b.t));
     let mut crossings = Crossings::new();
+    let mut depth = 0;
     let mut rest = &hits[..];
-    let end = |hit: Option<&(Crossing, bool)>| hit.map_or(0.0, |(crossing, _)| crossing.t);
-    let margin = line.margin(end(hits.first()), end(hits.last()));
     while let Some((first, _)) = rest.first() {
-        let end = first.t + margin;
+        let end = first.t + line.margin(first.t);
         let (here, beyond) = rest.split_at(rest.partition_point(|(hit, _)| hit.t <= end));
         let entering = here.iter().filter(|(_, enters)| *enters).count();
-        let is_inside = crossings.len() % 2 == 1;
-        let changes = if is_inside { 2 * entering < here.len() } else { 2 * entering > here.len() };
-        if changes {
-            let found = here.iter().find(|(_, enters)| *enters != is_inside);
+        let was_inside = depth > 0;
+        depth += (2 * entering).cmp(&here.len()) as i32;
+        if was_inside != (depth > 0) {
+            let found = here.iter().find(|(_, enters)| *enters != was_inside);
             crossings.extend(found.map(|(hit, _)| *hit));
         }
         rest = beyond;

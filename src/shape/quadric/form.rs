@@ -50,8 +50,12 @@ impl QuadraticForm {
         let column = |i: usize| self.m.col(i).extend(0.5 * self.v[i]);
         let columns = [column(0), column(1), column(2), (0.5 * self.v).extend(self.k)];
         let scale = columns.iter().map(|c| c.abs().max_element()).fold(0.0, f64::max);
-        let is_minor =
-            |a: DVec4, b: DVec4, i: usize, j: usize| (a[i] * b[j] - a[j] * b[i]).abs() > 1e-13 * scale * scale;
+        let columns = columns.map(|column| column / scale);
+        // Rounding leaves of equal products some ulp of their size.
+        let is_minor = |a: DVec4, b: DVec4, i: usize, j: usize| {
+            let (one, other) = (a[i] * b[j], a[j] * b[i]);
+            (one - other).abs() > 1e-13 * (one.abs() + other.abs())
+        };
         let pairs = || (0..4).flat_map(|i| (0..i).map(move |j| (i, j)));
         pairs().any(|(a, b)| pairs().any(|(i, j)| is_minor(columns[a], columns[b], i, j)))
     }
@@ -127,6 +131,9 @@ mod tests {
         let double = [1.0, 4.0, 1.0, 4.0, -2.0, -4.0, 6.0, 12.0, -6.0, 9.0];
         assert!(!QuadraticForm::new(double).has_sides());
         assert!(!QuadraticForm::new([0.0; 10]).has_sides());
+        let large = QuadraticForm::new([1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1e14]);
+        let far = QuadraticForm::new([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -1e9]);
+        assert!(large.has_sides() && far.has_sides());
         let constant = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 5.0];
         assert!(!QuadraticForm::new(constant).has_sides());
         let plane = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];

@@ -100,6 +100,8 @@ impl<K: Kind> Model for Clipped<K> {
         self.clip.transformed(&self.affine.to_world)
     }
 
+    // Five kinds of it would crowd the traversal that calls it.
+    #[inline(never)]
     fn intersect(&self, ray: &Ray) -> Option<Hit> {
         let local = self.affine.ray(ray);
         let roots = self.form.roots(&local, self.clip.centre())?;

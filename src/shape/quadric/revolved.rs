@@ -116,7 +116,7 @@ pub struct Cone(Profile);
 pub struct Paraboloid(Profile);
 
 /// The surface `(x² + y²) / radius² - z² / axis² = 1` of one sheet or `= -1` of two, between two heights, normals away
-/// from the z axis or the plane between the sheets. As an operand of a csg it is closed by flat caps.
+/// from the z axis; those of two sheets point to the side of the other sheet. As an operand of a csg it is closed by flat caps.
 #[derive(Clone, Debug)]
 pub struct Hyperboloid(Profile);
 
@@ -235,6 +235,7 @@ impl Hyperboloid {
             r#"<shape type="hyperboloid"><integer name="sheets" value="2"/><float name="axis" value="0.5"/>
                 <float name="z_min" value="-1.2"/><float name="z_max" value="0.9"/>
                 <transform name="to_world"><rotate x="1" angle="20"/><scale x="1" y="1.4" z="0.9"/></transform></shape>"#,
+            r#"<shape type="hyperboloid"><integer name="sheets" value="2"/><float name="z_max" value="1.8"/></shape>"#,
         ],
         evidence: &["shape/*", "csg/solids", "reference/quadrics"],
     };
@@ -256,8 +257,8 @@ impl Hyperboloid {
         }
         // Between the vertices there is nothing.
         let heights = [
-            if heights[0] > -1.0 { heights[0].max(1.0) } else { heights[0] },
-            if heights[1] < 1.0 { heights[1].min(-1.0) } else { heights[1] },
+            if heights[0] >= -1.0 { heights[0].max(1.0) } else { heights[0] },
+            if heights[1] <= 1.0 { heights[1].min(-1.0) } else { heights[1] },
         ];
         let gap = if heights[0] < -1.0 && heights[1] > 1.0 { [-1.0, 1.0] } else { [heights[1]; 2] };
         Ok((Profile { gap, ..Profile::new([-1.0, 0.0, 1.0], heights) }, to_shape))

@@ -78,7 +78,7 @@ fn rich_mesh() -> MeshData {
         normals: Some(vec![[0.0, 0.0, 1.0], [0.0, 1.0, 1.0], [1.0, 0.0, 1.0], [0.0, 0.0, 2.0], [0.0; 3]]),
         uvs: Some(vec![[0.0, 0.25], [1.0, 0.0], [1.0, 0.5], [0.5, 1.0], [0.0, 1.0]]),
         triangles: vec![[0, 1, 3], [0, 1, 2], [0, 2, 3], [0, 3, 4]],
-        dropped: 0,
+        slivers: vec![],
     }
 }
 
@@ -133,7 +133,7 @@ fn a_big_endian_file_byte_by_byte() {
     let mesh = parse(&bytes, false).expect("a whole file");
     assert_eq!(mesh.positions, [[1.0, -2.0, 2.0], [0.0, 256.0, 0.0], [-0.5, 3.0, 1.5]]);
     assert_eq!(mesh.triangles, [[2, 0, 1]]);
-    assert_eq!((mesh.normals, mesh.uvs, mesh.dropped), (None, None, 0));
+    assert_eq!((mesh.normals, mesh.uvs, mesh.slivers.len()), (None, None, 0));
 }
 
 #[test]
@@ -218,7 +218,7 @@ fn faces_may_come_before_the_vertices() {
 fn triangles_of_zero_area_are_left_out_and_counted() {
     let text = String::from_utf8(plain("ascii")).expect("the test writes ASCII");
     let mesh = parse(text.replace("3 0 2 3", "3 0 2 2").as_bytes(), false).expect("one triangle is left");
-    assert_eq!((mesh.triangles, mesh.dropped), (vec![[0, 1, 2]], 1));
+    assert_eq!((mesh.triangles, mesh.slivers.len()), (vec![[0, 1, 2]], 1));
     let none = error(text.replace("3 0 2 3", "3 0 2 2").replace("3 0 1 2", "3 1 1 0").as_bytes());
     assert_eq!(none, "the mesh has no triangle but 2 of zero area");
 }
