@@ -22,7 +22,7 @@ VARIANTS = {"figure-7-shadows": {"-transparent": ["--param", "transparent_shadow
 def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scale", type=int, default=3, help="size of the pictures, in that of the scenes (default: %(default)s)")
-    parser.add_argument("--spp", type=int, default=512, help="samples per pixel (default: %(default)s)")
+    parser.add_argument("--spp", type=int, default=256, help="samples per pixel (default: %(default)s)")
     return parser.parse_args()
 
 

@@ -46,7 +46,7 @@ impl Described for Phong {
             r#"<bsdf type="phong"><rgb name="diffuse_reflectance" value="0.2, 0.5, 0.1"/>
                 <rgb name="specular_reflectance" value="0.3, 0.2, 0.6"/><float name="exponent" value="10"/></bsdf>"#,
             r#"<bsdf type="phong"><float name="diffuse_reflectance" value="0"/><float name="specular_reflectance" value="1"/>
-                <float name="exponent" value="500"/></bsdf>"#,
+                <float name="exponent" value="200"/></bsdf>"#,
             r#"<bsdf type="phong"><float name="diffuse_reflectance" value="0"/><float name="specular_reflectance" value="0.9"/>
                 <float name="exponent" value="0"/><rgb name="ambient" value="0.1, 0.2, 0.3"/></bsdf>"#,
         ],
