@@ -11,3 +11,4 @@ mod hostile_images;
 mod kit;
 mod layers;
 mod semantics;
+mod solids;

@@ -479,4 +479,35 @@ mod tests {
             );
         }
     }
+
+    /// Two cubes in one mesh, of given middles and half edges, the second facing in or out.
+    fn two_cubes([x, r]: [f64; 2], [y, q]: [f64; 2], faces_out: bool) -> Vec<f64> {
+        let corner = |i: usize, bit: usize, r: f64| if i >> bit & 1 == 1 { r } else { -r };
+        let vertices = |x: f64, r: f64| -> String {
+            (0..8).map(|i| format!("{} {} {}\n", x + corner(i, 0, r), corner(i, 1, r), corner(i, 2, r))).collect()
+        };
+        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let faces = |first: usize, out: bool| -> String {
+            let triangles = quads.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
+            let turned = triangles.map(|[a, b, c]| if out { [a, b, c] } else { [a, c, b] });
+            turned.map(|t| format!("3 {} {} {}\n", t[0] + first, t[1] + first, t[2] + first)).collect()
+        };
+        let parts = [vertices(x, r), vertices(y, q), faces(0, true), faces(8, faces_out)].concat();
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("two.kcply");
+        std::fs::write(&path, format!("kcply\nelement vertex 16\nelement face 24\n{parts}"))
+            .expect("it can be written to");
+        let element = format!(r#"<shape type="kcply"><string name="filename" value="{}"/></shape>"#, path.display());
+        let solid = shape(&csg("union", &[&element]));
+        let ray = Ray::new(DVec3::new(-5.0, 0.1, 0.07), DVec3::X);
+        crossings(&solid, &ray).into_iter().map(|hit| ((hit.t - 5.0) * 1e6).round() / 1e6).collect()
+    }
+
+    #[test]
+    fn shells_overlap_lie_apart_and_bound_cavities() {
+        assert_eq!(two_cubes([0.0, 0.5], [0.25, 0.5], true), [-0.5, 0.75]);
+        assert_eq!(two_cubes([0.0, 0.5], [2.0, 0.5], true), [-0.5, 0.5, 1.5, 2.5]);
+        assert_eq!(two_cubes([0.0, 0.5], [0.0, 0.25], false), [-0.5, -0.25, 0.25, 0.5]);
+        assert_eq!(two_cubes([0.0, 0.5], [0.0, 0.25], true), [-0.5, 0.5]);
+    }
 }
