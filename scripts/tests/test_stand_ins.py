@@ -65,7 +65,7 @@ def rays(count: int, spread: float = 1.2) -> tuple[np.ndarray, np.ndarray]:
 def crossings(mi: Any, scene: Any, origins: np.ndarray, directions: np.ndarray, count: int) -> list[dict[str, np.ndarray]]:
     """The first crossings of each ray with what is not masked away: `valid`, `t`, `p`, `n`, `uv`, `colour`."""
     if "scalar" in mi.variant():
-        pytest.skip("needs a wavefront")
+        pytest.skip("needs a wavefront: Mitsuba found no libLLVM and runs scalar_rgb")
     travelled = np.zeros(len(origins))
     start, left = origins.copy(), np.full(len(origins), count)
     result = [{} for _ in range(count)]

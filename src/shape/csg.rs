@@ -13,12 +13,13 @@ use crate::{
 /// Constructive solid geometry: the union or the intersection of solids, or the first one without all others.
 ///
 /// Solids are spheres, ellipsoids, cubes, closed meshes, planes (the half-space below), cylinders and other quadrics
-/// (their ends closed by flat faces), and other csgs, to any depth. One operand alone is its solid, with closed ends.
-/// Normals point out of the result, so that glass is entered and left in turn, and nothing is met within a union. An
-/// operand's own bsdf covers what remains of its surface, the csg's the rest. What is
-/// thinner than the distance by which rays leave surfaces, 1e-9 of the coordinates, does not exist: where faces of operands
-/// coincide or touch there is neither gap nor skin, and the first operand's surface counts. Shells of a mesh must face
-/// outwards; one within another that faces inwards bounds a cavity.
+/// (their ends closed by flat faces), and other csgs, as deep as scenes are read. One operand alone is its solid, with
+/// closed ends. Normals point out of the result, so that glass is entered and left in turn, and nothing is met within a
+/// union. An operand's own bsdf covers what remains of its surface, the csg's the rest.
+///
+/// What is thinner than the distance by which rays leave surfaces, 1e-9 of the coordinates, does not exist: where faces of
+/// operands coincide or touch there is neither gap nor skin, and the first operand's surface counts. Shells of a mesh
+/// must face outwards; one within another that faces inwards bounds a cavity.
 #[derive(Clone, Debug)]
 pub struct Csg {
     operation: Operation,

@@ -35,7 +35,7 @@ impl Kind for General {
                 <point name="bbox_min" x="-1" y="-0.8" z="-0.5"/><point name="bbox_max" x="1" y="0.8" z="0.6"/>
                 <transform name="to_world"><matrix value="2 0.5 0.1 1 0 1.5 0.2 -1 0.3 0 1 2 0 0 0 1"/></transform></shape>"#,
         ],
-        evidence: &["shape/*", "shape/line-volume", "optics/mirrors", "csg/same-image"],
+        evidence: &["shape/*", "shape/line-volume", "optics/mirrors", "csg/same-image", "reference/quadrics"],
     };
 
     fn read(params: &Params<'_>) -> Result<Canonical<Self>, SceneError> {

@@ -116,7 +116,8 @@ pub struct Cone(Profile);
 pub struct Paraboloid(Profile);
 
 /// The surface `(x² + y²) / radius² - z² / axis² = 1` of one sheet or `= -1` of two, between two heights, normals away
-/// from the z axis; those of two sheets point to the side of the other sheet. As an operand of a csg it is closed by flat caps.
+/// from the z axis; those of two sheets point to the side of the other sheet. As an operand of a csg it is closed by
+/// flat caps.
 #[derive(Clone, Debug)]
 pub struct Hyperboloid(Profile);
 
