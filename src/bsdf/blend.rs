@@ -94,6 +94,10 @@ impl Model for Blend {
         self.parts(uv).map(|(share, bsdf)| share * bsdf.albedo(uv)).sum()
     }
 
+    fn has_delta(&self) -> bool {
+        self.bsdfs.iter().any(Bsdf::has_delta)
+    }
+
     fn transmits(&self) -> bool {
         self.bsdfs.iter().any(Bsdf::transmits)
     }

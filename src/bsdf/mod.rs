@@ -101,6 +101,11 @@ pub trait Model {
     /// The colour that the `albedo` layer shows: the reflectance, as good as the model knows it.
     fn albedo(&self, uv: DVec2) -> Rgb;
 
+    /// Whether there are single directions.
+    fn has_delta(&self) -> bool {
+        !self.is_smooth()
+    }
+
     /// Whether light gets to the other side.
     fn transmits(&self) -> bool {
         false
@@ -178,6 +183,11 @@ impl Model for Bsdf {
 
     fn albedo(&self, uv: DVec2) -> Rgb {
         each_bsdf!(self, bsdf => bsdf.albedo(uv))
+    }
+
+    #[inline]
+    fn has_delta(&self) -> bool {
+        each_bsdf!(self, bsdf => bsdf.has_delta())
     }
 
     fn transmits(&self) -> bool {

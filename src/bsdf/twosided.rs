@@ -92,6 +92,10 @@ impl Model for TwoSided {
         self.front.albedo(uv)
     }
 
+    fn has_delta(&self) -> bool {
+        self.front.has_delta() || self.back.has_delta()
+    }
+
     fn glows(&self) -> bool {
         self.front.glows() || self.back.glows()
     }

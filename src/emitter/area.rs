@@ -1,8 +1,10 @@
+use std::f64::consts::PI;
+
 use glam::{DVec2, DVec3};
 
-use super::{Incident, Model};
+use super::{Beam, Emission, Incident, Model};
 use crate::{
-    math::{PerSolidAngle, Ray, Rgb},
+    math::{Frame, PerSolidAngle, Ray, Rgb, warp},
     node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
     shape::{Model as _, Shape, Surface},
     texture::Texture,
@@ -54,5 +56,27 @@ impl Model for Area {
 
     fn surface_radiance(&self, surface: &Surface, towards: DVec3) -> Rgb {
         if surface.n.dot(towards) > 0.0 { self.radiance.eval(surface.uv) } else { Rgb::ZERO }
+    }
+
+    fn emit(&self, shape: Option<&Shape>, beam: &Beam, u: [DVec2; 2]) -> Option<Emission> {
+        let drawn = shape?.sample_area(u[0]);
+        let (direction, cos_over_density) = if beam.is_aimed {
+            let (direction, density) = beam.towards(drawn.p, u[1]);
+            (direction, drawn.n.dot(direction) / density.0)
+        } else {
+            // The cosine is that of the direction's density, cos θ / π.
+            (Frame::from_normal(drawn.n).to_world(warp::square_to_cosine_hemisphere(u[1])), PI)
+        };
+        let flux = self.radiance.eval(drawn.uv) * (cos_over_density / drawn.density.0);
+        (cos_over_density > 0.0).then(|| Emission { ray: Ray::leaving(drawn.p, direction), flux })
+    }
+
+    /// The mean over a grid of points, which is exact where the radiance is the same everywhere.
+    fn power(&self, shape: Option<&Shape>, beam: &Beam) -> Rgb {
+        const POINTS: u32 = 16;
+        let centre = |i: u32| (f64::from(i) + 0.5) / f64::from(POINTS);
+        let points = (0..POINTS * POINTS).map(|i| DVec2::new(centre(i % POINTS), centre(i / POINTS)));
+        let flux = |u| self.emit(shape, beam, [u, DVec2::ZERO]).map_or(Rgb::ZERO, |emission| emission.flux);
+        points.map(flux).sum::<Rgb>() / f64::from(POINTS * POINTS)
     }
 }

@@ -1,6 +1,6 @@
 use glam::{DVec2, DVec3};
 
-use super::{Incident, Model};
+use super::{Beam, Emission, Incident, Model};
 use crate::{
     math::{PerSolidAngle, Ray, Rgb, warp},
     node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
@@ -49,5 +49,18 @@ impl Model for Constant {
 
     fn is_sky(&self) -> bool {
         true
+    }
+
+    fn is_distant(&self) -> bool {
+        true
+    }
+
+    fn emit(&self, shape: Option<&Shape>, beam: &Beam, u: [DVec2; 2]) -> Option<Emission> {
+        let ray = beam.entering(warp::square_to_sphere(u[1]), u[0]);
+        Some(Emission { ray, flux: self.power(shape, beam) })
+    }
+
+    fn power(&self, _shape: Option<&Shape>, beam: &Beam) -> Rgb {
+        self.radiance * (beam.cross_section() / warp::SPHERE_DENSITY)
     }
 }

@@ -1,6 +1,6 @@
 use glam::{DVec2, DVec3};
 
-use super::{Incident, Model};
+use super::{Beam, Emission, Incident, Model};
 use crate::{
     math::{Ray, Rgb},
     node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
@@ -54,5 +54,18 @@ impl Model for Directional {
             value: self.irradiance,
             density: None,
         })
+    }
+
+    fn is_distant(&self) -> bool {
+        true
+    }
+
+    fn emit(&self, shape: Option<&Shape>, beam: &Beam, [u, _]: [DVec2; 2]) -> Option<Emission> {
+        let ray = beam.entering(self.direction, u);
+        Some(Emission { ray, flux: self.power(shape, beam) })
+    }
+
+    fn power(&self, _shape: Option<&Shape>, beam: &Beam) -> Rgb {
+        self.irradiance * beam.cross_section()
     }
 }

@@ -12,10 +12,12 @@ pub use directional::Directional;
 pub use point::Point;
 pub use spot::Spot;
 
+use std::f64::consts::PI;
+
 use glam::{DVec2, DVec3};
 
 use crate::{
-    math::{PerSolidAngle, Ray, Rgb},
+    math::{Frame, PerSolidAngle, Ray, Rgb, warp},
     node::{Category, catalogue},
     shape::{Shape, Surface},
 };
@@ -31,6 +33,81 @@ pub struct Incident {
     pub value: Rgb,
     /// How densely directions are drawn; None for a light of a single direction.
     pub density: Option<PerSolidAngle>,
+}
+
+/// Light that sets out from an emitter.
+#[derive(Clone, Copy, Debug)]
+pub struct Emission {
+    /// Where it goes, in a unit direction.
+    pub ray: Ray,
+    /// The power in W that it stands for if it is the only one drawn: what is emitted over the density of the draw.
+    pub flux: Rgb,
+}
+
+/// A ball of space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ball {
+    /// The middle.
+    pub centre: DVec3,
+    /// The radius.
+    pub radius: f64,
+}
+
+/// Which light of an emitter is asked for: that which goes through a ball.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beam {
+    /// The ball. It is never missed by light from far away; by light from within the scene only if it is aimed.
+    pub ball: Ball,
+    /// How far before the middle of the ball light from far away sets out: before everything else in the scene.
+    pub before: f64,
+    /// Whether light from within the scene is aimed at the ball, or goes everywhere.
+    pub is_aimed: bool,
+}
+
+impl Beam {
+    /// A ray from far away in a direction, through a point of the ball's cross-section that `u` draws uniformly.
+    #[must_use]
+    pub fn entering(&self, direction: DVec3, u: DVec2) -> Ray {
+        let across = (self.ball.radius * warp::square_to_disc(u)).extend(-self.before);
+        Ray::new(self.ball.centre + Frame::from_normal(direction).to_world(across), direction)
+    }
+
+    /// The area of the ball's cross-section.
+    #[must_use]
+    pub fn cross_section(&self) -> f64 {
+        PI * self.ball.radius * self.ball.radius
+    }
+
+    /// Draws a direction uniformly among those in which the ball is seen from a point, which are all if it is in it.
+    #[must_use]
+    pub fn towards(&self, from: DVec3, u: DVec2) -> (DVec3, PerSolidAngle) {
+        let (axis, one_minus_cos) = self.cone(from);
+        let direction = Frame::from_normal(axis).to_world(warp::square_to_cone(u, one_minus_cos));
+        (direction, PerSolidAngle(warp::cone_density(one_minus_cos)))
+    }
+
+    /// The axis of the cone in which the ball is seen, and one minus the cosine of its angle.
+    fn cone(&self, from: DVec3) -> (DVec3, f64) {
+        let way = self.ball.centre - from;
+        let sin_squared = self.ball.radius * self.ball.radius / way.length_squared();
+        if sin_squared >= 1.0 || !sin_squared.is_finite() {
+            return (DVec3::Z, 2.0);
+        }
+        (way.normalize(), sin_squared / (1.0 + (1.0 - sin_squared).sqrt()))
+    }
+
+    /// How densely a ray of light is drawn when it is aimed at the ball, apart from what all balls share: per area of the
+    /// cross-section for light from far away, per solid angle for other light.
+    #[must_use]
+    pub fn density(&self, ray: &Ray, is_distant: bool) -> f64 {
+        if is_distant {
+            let is_hit = (self.ball.centre - ray.origin).cross(ray.direction).length() < self.ball.radius;
+            return if is_hit { 1.0 / self.cross_section() } else { 0.0 };
+        }
+        let (axis, one_minus_cos) = self.cone(ray.origin);
+        let is_seen = one_minus_cos == 2.0 || 1.0 - axis.dot(ray.direction) <= one_minus_cos;
+        if is_seen { warp::cone_density(one_minus_cos) } else { 0.0 }
+    }
 }
 
 /// What an emitter answers. An area light is told the shape that it shines from.
@@ -58,6 +135,19 @@ pub trait Model {
     fn is_sky(&self) -> bool {
         false
     }
+
+    /// Whether its light comes from infinitely far away, and so falls on all of an infinite plane.
+    fn is_distant(&self) -> bool {
+        false
+    }
+
+    /// Draws light that sets out: where by the first point of `u`, in which direction by the second. None where the
+    /// draw carries nothing.
+    fn emit(&self, shape: Option<&Shape>, beam: &Beam, u: [DVec2; 2]) -> Option<Emission>;
+
+    /// The power in W that it sends into the scene, as if it were not aimed: exact but for textures and sheared spot lights, where it is good
+    /// enough to choose lights by.
+    fn power(&self, shape: Option<&Shape>, beam: &Beam) -> Rgb;
 }
 
 catalogue! { ($)
@@ -98,5 +188,18 @@ impl Model for Emitter {
 
     fn is_sky(&self) -> bool {
         each_emitter!(self, emitter => emitter.is_sky())
+    }
+
+    fn is_distant(&self) -> bool {
+        each_emitter!(self, emitter => emitter.is_distant())
+    }
+
+    #[inline]
+    fn emit(&self, shape: Option<&Shape>, beam: &Beam, u: [DVec2; 2]) -> Option<Emission> {
+        each_emitter!(self, emitter => emitter.emit(shape, beam, u))
+    }
+
+    fn power(&self, shape: Option<&Shape>, beam: &Beam) -> Rgb {
+        each_emitter!(self, emitter => emitter.power(shape, beam))
     }
 }

@@ -1,8 +1,8 @@
 use glam::{DVec2, DVec3};
 
-use super::{Incident, Model};
+use super::{Beam, Emission, Incident, Model};
 use crate::{
-    math::{Ray, Rgb},
+    math::{PerSolidAngle, Ray, Rgb, warp},
     node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
     shape::Shape,
 };
@@ -58,5 +58,18 @@ impl Model for Point {
             value: self.intensity / distance_squared,
             density: None,
         })
+    }
+
+    fn emit(&self, _shape: Option<&Shape>, beam: &Beam, [_, u]: [DVec2; 2]) -> Option<Emission> {
+        let (direction, density) = if beam.is_aimed {
+            beam.towards(self.position, u)
+        } else {
+            (warp::square_to_sphere(u), PerSolidAngle(warp::SPHERE_DENSITY))
+        };
+        Some(Emission { ray: Ray::new(self.position, direction), flux: self.intensity / density.0 })
+    }
+
+    fn power(&self, _shape: Option<&Shape>, _beam: &Beam) -> Rgb {
+        self.intensity / warp::SPHERE_DENSITY
     }
 }

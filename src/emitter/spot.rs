@@ -1,8 +1,10 @@
+use std::f64::consts::TAU;
+
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Incident, Model};
+use super::{Beam, Emission, Incident, Model};
 use crate::{
-    math::{Ray, Rgb},
+    math::{PerSolidAngle, Ray, Rgb, warp},
     node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
     shape::Shape,
 };
@@ -11,6 +13,7 @@ use crate::{
 /// from there on less in proportion to the angle, and not at all from `cutoff_angle` on, as in Mitsuba.
 #[derive(Clone, Debug)]
 pub struct Spot {
+    to_world: DAffine3,
     to_local: DAffine3,
     position: DVec3,
     intensity: Rgb,
@@ -58,6 +61,7 @@ impl Described for Spot {
             return Err(error.hint("the beam must lie within the cone"));
         }
         Ok(Self {
+            to_world,
             to_local,
             position: to_world.translation,
             intensity: params.rgb("intensity")?,
@@ -82,6 +86,18 @@ impl Spot {
     }
 }
 
+impl Spot {
+    /// Draws a direction of its cone.
+    fn within_cone(&self, u: DVec2) -> (DVec3, PerSolidAngle) {
+        let one_minus_cos = 2.0 * (0.5 * self.cutoff).sin().powi(2);
+        let way = self.to_world.transform_vector3(warp::square_to_cone(u, one_minus_cos));
+        let length = way.length();
+        // A map that shears squeezes solid angles: dω' = |det| dω / |M ω|³.
+        let squeezed = self.to_world.matrix3.determinant().abs() / (length * length * length);
+        (way / length, PerSolidAngle(warp::cone_density(one_minus_cos) / squeezed))
+    }
+}
+
 impl Model for Spot {
     fn sample_towards(&self, _shape: Option<&Shape>, from: DVec3, _u: DVec2) -> Option<Incident> {
         let way = self.position - from;
@@ -96,5 +112,19 @@ impl Model for Spot {
             value: self.intensity * (falloff / distance_squared),
             density: None,
         })
+    }
+
+    fn emit(&self, _shape: Option<&Shape>, beam: &Beam, [_, u]: [DVec2; 2]) -> Option<Emission> {
+        let (direction, density) = if beam.is_aimed { beam.towards(self.position, u) } else { self.within_cone(u) };
+        let falloff = self.falloff(direction);
+        let ray = Ray::new(self.position, direction);
+        (falloff > 0.0).then(|| Emission { ray, flux: self.intensity * (falloff / density.0) })
+    }
+
+    /// `2π ∫ falloff(θ) sin θ dθ`, without the shear of its transform.
+    fn power(&self, _shape: Option<&Shape>, _beam: &Beam) -> Rgb {
+        let (beam, cutoff) = (self.beam_width, self.cutoff);
+        let lost = if cutoff > beam { (cutoff.sin() - beam.sin()) / (cutoff - beam) } else { beam.cos() };
+        self.intensity * (TAU * (1.0 - lost))
     }
 }

@@ -5,8 +5,8 @@ use std::collections::{HashMap, HashSet};
 use super::{Light, Part, Scene};
 use crate::{
     bsdf::{Bsdf, Diffuse, Model as _},
-    emitter::{Emitter, Model as _},
-    math::Rgb,
+    emitter::{Ball, Emitter, Model as _},
+    math::{Aabb, Rgb},
     node::{Category, Document, FARTHEST, Kind, ObjectId, Param, Params, Place, Plugin, SceneError},
     sensor::Sensor,
     shape::{Model as _, Shape, Shapes},
@@ -255,16 +255,34 @@ impl<'d> Builder<'d> {
     }
 
     fn finish(self, sensor: Sensor) -> Result<Scene, SceneError> {
-        Ok(Scene {
+        let shapes = Shapes::new(self.shapes);
+        let ball = |bounds: Aabb| {
+            let (centre, radius) = bounds.bounding_sphere();
+            Ball { centre, radius }
+        };
+        let surroundings = ball(shapes.finite_bounds());
+        let end = |part: usize| self.parts.get(part + 1).map_or(self.materials.len(), |next| next.first_material);
+        let is_specular = |part: &usize| {
+            let own = &self.materials[self.parts[*part].first_material..end(*part)];
+            own.iter().any(|&material| self.bsdfs[material].has_delta())
+        };
+        let specular = (0..self.parts.len()).filter(is_specular).map(|part| ball(shapes[part].bounds()));
+        let specular: Vec<Ball> = specular.collect();
+        let is_bounded = specular.iter().all(|ball| ball.radius.is_finite());
+        let scene = Scene {
             sensor,
-            shapes: Shapes::new(self.shapes),
+            shapes,
             parts: self.parts,
             materials: self.materials,
             glows: self.bsdfs.iter().any(Bsdf::glows),
             bsdfs: self.bsdfs,
             lights: self.lights,
             sky: self.sky,
+            power_up_to: Vec::new(),
+            surroundings,
+            specular: is_bounded.then_some(specular),
             warnings: self.warnings,
-        })
+        };
+        Ok(scene.weigh_lights())
     }
 }

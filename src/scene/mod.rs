@@ -6,8 +6,9 @@ use glam::{DVec2, DVec3};
 
 use crate::{
     bsdf::{Bsdf, Model as _, Query, Transport},
-    emitter::{Emitter, Incident, Model as _},
-    math::{PerSolidAngle, Ray, Rgb},
+    emitter::{Ball, Beam, Emission, Emitter, Incident, Model as _},
+    math::{PerSolidAngle, Ray, Rgb, luminance, rng::hash},
+    sampler::Numbers,
     sensor::{Model as _, Sensor},
     shape::{Model as _, Shape, Shapes, Surface},
 };
@@ -26,6 +27,12 @@ pub struct Scene {
     lights: Vec<Light>,
     /// Which light is the sky.
     sky: Option<usize>,
+    /// Which part of all emitted power comes from the lights up to each, the last being 1; empty if there is none.
+    power_up_to: Vec<f64>,
+    /// Around everything of finite size.
+    surroundings: Ball,
+    /// Around each shape that scatters into single directions; None if one of them has no end.
+    specular: Option<Vec<Ball>>,
     /// Whether any material shows radiance by itself.
     glows: bool,
     warnings: Vec<String>,
@@ -149,10 +156,10 @@ impl Scene {
     }
 
     /// Draws a light, each with the same chance, and a direction to it; the value is divided by that chance for a
-    /// light of a single direction, and the density multiplied by it for others.
+    /// light of a single direction, and the density multiplied by it for others. Also the number of the light.
     #[inline]
     #[must_use]
-    pub fn sample_light(&self, from: DVec3, u: DVec2) -> Option<Incident> {
+    pub fn sample_light(&self, from: DVec3, u: DVec2) -> Option<(Incident, usize)> {
         let count = self.lights.len();
         if count == 0 {
             return None;
@@ -166,7 +173,7 @@ impl Scene {
             Some(density) => density.0 /= count as f64,
             None => incident.value *= count as f64,
         }
-        Some(incident)
+        Some((incident, index))
     }
 
     /// The density with which [`Scene::sample_light`] draws the direction to a vertex, or to the sky.
@@ -184,6 +191,95 @@ impl Scene {
         PerSolidAngle(density / self.lights.len().max(1) as f64)
     }
 
+    /// Draws light that sets out from a light, which is drawn with a chance in proportion to its power, and the number
+    /// of that light. The flux is what the whole scene emits if this is the only draw. None if there is no light, or the
+    /// draw carries nothing.
+    #[inline]
+    pub fn emit(&self, numbers: &mut impl Numbers) -> Option<(Emission, usize)> {
+        let beam = Beam { ball: self.surroundings, before: self.surroundings.radius, is_aimed: false };
+        self.emit_through(&beam, numbers)
+    }
+
+    fn emit_through(&self, beam: &Beam, numbers: &mut impl Numbers) -> Option<(Emission, usize)> {
+        let u = numbers.next_1d();
+        let position = [numbers.next_2d(), numbers.next_2d()];
+        let index = self.power_up_to.partition_point(|&up_to| up_to <= u);
+        let light = self.lights.get(index)?;
+        let before = if index == 0 { 0.0 } else { self.power_up_to[index - 1] };
+        let chance = self.power_up_to[index] - before;
+        let emission = light.emitter.emit(self.shape_of(light), beam, position)?;
+        (emission.flux != Rgb::ZERO).then_some((Emission { flux: emission.flux / chance, ..emission }, index))
+    }
+
+    /// Like [`Scene::emit`], but only light that may meet mirrors or glass first: it is aimed at the balls around them.
+    pub fn emit_at_specular(&self, numbers: &mut impl Numbers) -> Option<Emission> {
+        let Some(balls) = &self.specular else { return self.emit(numbers).map(|(emission, _)| emission) };
+        let section = |ball: &Ball| ball.radius * ball.radius;
+        let total: f64 = balls.iter().map(section).sum();
+        let mut rest = numbers.next_1d() * total;
+        let chosen = balls.iter().position(|ball| {
+            rest -= section(ball);
+            rest < 0.0
+        });
+        let beam = self.beam(balls.get(chosen.unwrap_or(balls.len().saturating_sub(1)))?);
+        let (emission, light) = self.emit_through(&beam, numbers)?;
+        // Balls may overlap: the density is that of all draws that could have given this ray.
+        let is_distant = self.lights[light].emitter.is_distant();
+        let density = |ball| section(ball) / total * self.beam(ball).density(&emission.ray, is_distant);
+        let all: f64 = balls.iter().map(density).sum();
+        let share = beam.density(&emission.ray, is_distant) / all;
+        // Rounding may leave the ray beside all of them.
+        share.is_finite().then(|| Emission { flux: emission.flux * share, ..emission })
+    }
+
+    fn beam(&self, ball: &Ball) -> Beam {
+        let before = self.surroundings.radius + (ball.centre - self.surroundings.centre).length();
+        Beam { ball: *ball, before, is_aimed: true }
+    }
+
+    /// Whether anything scatters into single directions.
+    #[must_use]
+    pub fn has_specular(&self) -> bool {
+        self.specular.as_ref().is_none_or(|balls| !balls.is_empty())
+    }
+
+    /// Whether anything scatters into more than single directions.
+    #[must_use]
+    pub fn has_smooth(&self) -> bool {
+        self.materials.iter().any(|&material| self.bsdfs[material].is_smooth())
+    }
+
+    /// A ball around everything of finite size.
+    #[must_use]
+    pub fn surroundings(&self) -> Ball {
+        self.surroundings
+    }
+
+    /// The flat piece of surface that a vertex lies on, if it is a polygon.
+    #[must_use]
+    pub fn polygon(&self, vertex: &Vertex) -> Option<[DVec3; 4]> {
+        self.shapes[vertex.part].polygon(&vertex.surface)
+    }
+
+    /// A number of the piece of surface that a vertex lies on: the face of a polyhedron, or the whole shape.
+    #[must_use]
+    pub fn patch(&self, vertex: &Vertex) -> u32 {
+        let face = if self.polygon(vertex).is_some() { u64::from(vertex.surface.primitive) } else { 0 };
+        hash(&[vertex.part as u64, face]) as u32
+    }
+
+    /// Makes sure that light can be followed from its source.
+    ///
+    /// # Errors
+    /// If light from far away falls on an infinite plane, all of which no finite number of paths can reach.
+    pub fn check_emission(&self) -> Result<(), String> {
+        let is_distant = self.lights.iter().any(|light| light.emitter.is_distant());
+        if is_distant && self.shapes.is_unbounded() {
+            return Err("light from infinitely far away falls on an infinite plane".into());
+        }
+        Ok(())
+    }
+
     /// Whether anything shines.
     #[must_use]
     pub fn has_lights(&self) -> bool {
@@ -198,5 +294,24 @@ impl Scene {
 
     fn shape_of(&self, light: &Light) -> Option<&Shape> {
         light.part.map(|part| &self.shapes[part])
+    }
+
+    /// Notes what the lights' powers are.
+    fn weigh_lights(mut self) -> Self {
+        let beam = Beam { ball: self.surroundings, before: self.surroundings.radius, is_aimed: false };
+        let power = |light: &Light| luminance(light.emitter.power(self.shape_of(light), &beam));
+        let powers: Vec<f64> = self.lights.iter().map(power).collect();
+        let total: f64 = powers.iter().sum();
+        if total > 0.0 {
+            let mut so_far = 0.0;
+            self.power_up_to = powers
+                .iter()
+                .map(|power| {
+                    so_far += power;
+                    so_far / total
+                })
+                .collect();
+        }
+        self
     }
 }

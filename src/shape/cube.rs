@@ -94,6 +94,17 @@ impl Model for Cube {
         Surface::flat(self.affine.point(local), self.normals[face], uv(face, local), hit.primitive)
     }
 
+    fn polygon(&self, surface: &Surface) -> Option<[DVec3; 4]> {
+        let face = surface.primitive as usize;
+        let (a, b) = ((face / 2 + 1) % 3, (face / 2 + 2) % 3);
+        let corner = |along: f64, across: f64| {
+            let mut local = local_normal(face);
+            (local[a], local[b]) = (along, across);
+            self.affine.point(local)
+        };
+        Some([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)])
+    }
+
     fn sample_area(&self, u: DVec2) -> Drawn<PerArea> {
         let face = self.cumulative.iter().position(|&c| u.x < c).unwrap_or(5);
         let below = if face == 0 { 0.0 } else { self.cumulative[face - 1] };

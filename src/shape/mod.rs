@@ -183,6 +183,11 @@ pub trait Model {
         None
     }
 
+    /// The flat piece of surface around a point, all of it, if it is a parallelogram: its corners, in order.
+    fn polygon(&self, _surface: &Surface) -> Option<[DVec3; 4]> {
+        None
+    }
+
     /// Of a mesh that does not enclose a solid, which edges lie open.
     fn open_edges(&self) -> Option<OpenEdges> {
         None
@@ -344,6 +349,10 @@ impl Model for Shape {
 
     fn edge_distance(&self, surface: &Surface) -> Option<f64> {
         each_form!(&self.form, form => form.edge_distance(surface))
+    }
+
+    fn polygon(&self, surface: &Surface) -> Option<[DVec3; 4]> {
+        each_form!(&self.form, form => form.polygon(surface))
     }
 
     fn open_edges(&self) -> Option<OpenEdges> {

@@ -57,6 +57,11 @@ impl Model for Rectangle {
         Surface::flat(self.affine.point(at.extend(0.0)), self.n, 0.5 * (at + 1.0), 0)
     }
 
+    fn polygon(&self, _surface: &Surface) -> Option<[DVec3; 4]> {
+        let corner = |x, y| self.affine.point(DVec3::new(x, y, 0.0));
+        Some([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)])
+    }
+
     fn sample_area(&self, u: DVec2) -> Drawn<PerArea> {
         let p = self.affine.point((2.0 * u - 1.0).extend(0.0));
         Drawn { p, n: self.n, uv: u, density: self.density }

@@ -1,3 +1,5 @@
+use glam::DVec3;
+
 use super::{
     Hit, Model as _, Shape,
     bvh::{Bvh, Forest, Leaf, Test},
@@ -45,6 +47,20 @@ impl Shapes {
         }
         self.forest.closest(&ray, &mut nearest);
         nearest.found
+    }
+
+    /// A box around those of finite size; of a single point if there are none.
+    #[must_use]
+    pub fn finite_bounds(&self) -> Aabb {
+        let finite = (0..self.shapes.len()).filter(|shape| !self.unbounded.contains(shape));
+        let bounds = finite.map(|shape| self.shapes[shape].bounds()).fold(Aabb::EMPTY, Aabb::union);
+        if bounds.is_empty() { Aabb { min: DVec3::ZERO, max: DVec3::ZERO } } else { bounds }
+    }
+
+    /// Whether any of them has no end.
+    #[must_use]
+    pub fn is_unbounded(&self) -> bool {
+        !self.unbounded.is_empty()
     }
 
     /// Whether there is any such hit.
