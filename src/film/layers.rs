@@ -32,6 +32,12 @@ impl LayerSpec {
         Self { name: String::new(), channels: &["R", "G", "B"], source: Source::Sampled }
     }
 
+    /// A layer of colours that the integrator writes.
+    #[must_use]
+    pub fn sampled(name: &str) -> Self {
+        Self { name: name.to_owned(), ..Self::beauty() }
+    }
+
     fn channel_name(&self, channel: &str) -> String {
         if self.name.is_empty() { channel.to_owned() } else { format!("{}.{channel}", self.name) }
     }
@@ -81,6 +87,10 @@ pub struct Film {
     /// The layers, the beauty first.
     pub layers: Vec<LayerSpec>,
     pixels: Pixels,
+    /// Whether the scatter of its samples tells the variance of the beauty.
+    has_variance: bool,
+    /// What light paths left on the beauty, by pixel; empty if there are none.
+    splats: Vec<[ExactMoments; 3]>,
 }
 
 impl Film {
@@ -88,7 +98,13 @@ impl Film {
     #[must_use]
     pub fn new(crop: Crop, size: DVec2, layers: Vec<LayerSpec>) -> Self {
         let pixels = Pixels::new(crop.width, crop.height, sampled_channels(&layers));
-        Self { crop, size, layers, pixels }
+        Self { crop, size, layers, pixels, has_variance: true, splats: Vec::new() }
+    }
+
+    /// The same film, whose samples are not independent: its image has no variances.
+    #[must_use]
+    pub fn without_variance(self) -> Self {
+        Self { has_variance: false, ..self }
     }
 
     /// How many values a sample has.
@@ -109,14 +125,34 @@ impl Film {
         }
     }
 
+    /// Adds what light paths left on the beauty, whose mean goes on top of that of the samples.
+    pub fn add_splats(&mut self, splats: &[[ExactMoments; 3]]) {
+        if self.splats.is_empty() {
+            self.splats = vec![Default::default(); splats.len()];
+        }
+        for (target, source) in self.splats.iter_mut().flatten().zip(splats.iter().flatten()) {
+            target.merge(source);
+        }
+    }
+
     /// The means of all pixels of the beauty, row by row.
     #[must_use]
     pub fn means(&self) -> Vec<[f64; 3]> {
-        let mean = |pixel: &[ExactMoments]| [0, 1, 2].map(|channel| pixel[channel].mean().unwrap_or(0.0));
-        self.pixels.moments.chunks_exact(self.pixels.stride).map(mean).collect()
+        let [r, g, b] = [0, 1, 2].map(|channel| self.beauty(channel, Estimate::mean));
+        r.into_iter().zip(g).zip(b).map(|((r, g), b)| [r, g, b]).collect()
     }
 
-    /// The image: the mean of every layer, and the variance of the mean of the beauty.
+    /// Something about a channel of the beauty, by pixel.
+    fn beauty<T>(&self, channel: usize, value: impl Fn(&Estimate) -> T) -> Vec<T> {
+        let samples = self.pixels.moments.iter().skip(channel).step_by(self.pixels.stride);
+        let estimate = |(pixel, samples): (usize, &ExactMoments)| {
+            let paths = self.splats.get(pixel).map(|splats| splats[channel]);
+            value(&Estimate { samples: *samples, paths })
+        };
+        samples.enumerate().map(estimate).collect()
+    }
+
+    /// The image: the mean of every layer, and the variance of the mean of the beauty if it is known.
     #[must_use]
     pub fn image(&self) -> Image {
         let mut image = Image { crop: self.crop, size: self.size, channels: Vec::new(), attributes: Vec::new() };
@@ -124,9 +160,10 @@ impl Film {
         for layer in &self.layers {
             for (i, channel) in layer.channels.iter().enumerate() {
                 let plane = match layer.source {
+                    Source::Sampled if first == 0 => self.beauty(i, |e| e.mean() as f32),
                     Source::Sampled => self.plane(first + i, |m| m.mean().unwrap_or(0.0)),
                     Source::Count => self.plane(0, |m| m.n() as f64),
-                    Source::SecondMoment => self.plane(i, second_moment),
+                    Source::SecondMoment => self.beauty(i, |e| e.second_moment() as f32),
                 };
                 image.channels.push((layer.channel_name(channel), plane));
             }
@@ -134,8 +171,9 @@ impl Film {
                 first += layer.channels.len();
             }
         }
-        for (i, channel) in VARIANCE.iter().enumerate() {
-            let plane = self.plane(i, |m| m.variance_of_mean().unwrap_or(f64::INFINITY));
+        let variances: &[&str] = if self.has_variance { &VARIANCE } else { &[] };
+        for (i, channel) in variances.iter().enumerate() {
+            let plane = self.beauty(i, |e| e.variance_of_mean() as f32);
             image.channels.push(((*channel).to_owned(), plane));
         }
         image
@@ -146,10 +184,30 @@ impl Film {
     }
 }
 
-/// The mean of the squares.
-fn second_moment(moments: &ExactMoments) -> f64 {
-    let (n, mean) = (moments.n() as f64, moments.mean().unwrap_or(0.0));
-    mean * mean + moments.variance().unwrap_or(0.0) * (n - 1.0) / n
+/// A pixel's value: the mean of its own samples and, on top of it, that of light paths, which are independent of them.
+struct Estimate {
+    samples: ExactMoments,
+    paths: Option<ExactMoments>,
+}
+
+impl Estimate {
+    fn mean(&self) -> f64 {
+        let mean = |moments: &ExactMoments| moments.mean().unwrap_or(0.0);
+        mean(&self.samples) + self.paths.as_ref().map_or(0.0, mean)
+    }
+
+    fn variance_of_mean(&self) -> f64 {
+        let variance = |moments: &ExactMoments| moments.variance_of_mean().unwrap_or(f64::INFINITY);
+        variance(&self.samples) + self.paths.as_ref().map_or(0.0, variance)
+    }
+
+    /// The mean of the squares; of light paths, as if as many as there are samples of a pixel were one sample.
+    fn second_moment(&self) -> f64 {
+        let (n, mean) = (self.samples.n() as f64, self.mean());
+        let of_samples = self.samples.variance().unwrap_or(0.0) * (n - 1.0) / n;
+        let of_paths = self.paths.as_ref().and_then(ExactMoments::variance_of_mean).unwrap_or(0.0) * n;
+        mean * mean + of_samples + of_paths
+    }
 }
 
 fn sampled_channels(layers: &[LayerSpec]) -> usize {

@@ -5,11 +5,14 @@ pub mod filter;
 pub mod laws;
 mod layers;
 pub mod picture;
+pub mod splats;
 
 pub use filter::Filter;
 pub use layers::{Film, Image, LayerSpec, Pixels, Source, VARIANCE};
+pub use splats::Splats;
 
 use glam::DVec2;
+use smallvec::SmallVec;
 
 use crate::node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError, catalogue};
 use filter::Profile;
@@ -159,9 +162,37 @@ impl HdrFilm {
 
     fn along(&self, first: u32, index: u32, count: u32, u: f64) -> f64 {
         let centre = f64::from(index) + 0.5;
-        // Without a sampled border, the filter's part beyond it is cut off, as it is in Mitsuba.
-        let (from, to) = if self.sample_border { (f64::MIN, f64::MAX) } else { (-centre, f64::from(count) - centre) };
+        let (from, to) = self.window(centre, count);
         f64::from(first) + centre + self.profile.sample_within(u, from, to)
+    }
+
+    /// Between which offsets from a pixel's centre its filter lies. Without a sampled border, the part beyond it is cut
+    /// off, as it is in Mitsuba.
+    fn window(&self, centre: f64, count: u32) -> (f64, f64) {
+        if self.sample_border { (f64::MIN, f64::MAX) } else { (-centre, f64::from(count) - centre) }
+    }
+
+    /// The pixels of the rendered part, by column and row, that see light at a position on the film, in pixels, each with
+    /// the density of its filter there: that with which [`HdrFilm::sample`] draws the position.
+    #[inline]
+    pub fn seen_by(&self, position: DVec2) -> impl Iterator<Item = ((u32, u32), f64)> {
+        let columns = self.seen_along(self.crop.x, self.crop.width, position.x);
+        let rows = self.seen_along(self.crop.y, self.crop.height, position.y);
+        rows.into_iter()
+            .flat_map(move |(y, across)| columns.clone().into_iter().map(move |(x, along)| ((x, y), along * across)))
+    }
+
+    fn seen_along(&self, first: u32, count: u32, position: f64) -> SmallVec<[(u32, f64); 4]> {
+        let position = position - f64::from(first);
+        let reach = self.profile.radius();
+        // Beyond the film the casts saturate.
+        let (from, to) = ((position - reach - 0.5).ceil().max(0.0) as u32, (position + reach + 0.5).max(0.0) as u32);
+        let density = |index| {
+            let centre = f64::from(index) + 0.5;
+            let (from, to) = self.window(centre, count);
+            (index, self.profile.density_within(position - centre, from, to))
+        };
+        (from..to.min(count)).map(density).filter(|(_, density)| *density > 0.0).collect()
     }
 }
 

@@ -16,11 +16,28 @@ use crate::{
     sampler::{Independent, Sampler},
 };
 
+/// How a sensor sees a point.
+#[derive(Clone, Copy, Debug)]
+pub struct Sight {
+    /// Where on the film it is seen, in pixels; it may lie beside it.
+    pub film: DVec2,
+    /// The unit direction from the point to the sensor.
+    pub direction: DVec3,
+    /// The stretch on which an occluder would hide the point.
+    pub ray: Ray,
+    /// Pixels per m² across `direction` at the point: the radiance that a pixel shows is what leaves there in this
+    /// direction times this, summed over all light that comes by.
+    pub importance: f64,
+}
+
 /// What a sensor answers.
 pub trait Model {
     /// The ray whose radiance a sample measures: through a position on the film, in pixels from its top left corner,
     /// and a point of the lens. Its direction has unit length. Every such ray counts the same.
     fn ray(&self, film: DVec2, lens: DVec2) -> Ray;
+
+    /// How it sees a point through a point of its lens; None if it is behind a clipping plane.
+    fn see(&self, p: DVec3, lens: DVec2) -> Option<Sight>;
 
     /// How wide a pixel's part of the plane is that lies through a point across the camera's axis.
     fn footprint(&self, p: DVec3) -> f64;
@@ -40,6 +57,11 @@ impl Model for Camera {
     #[inline]
     fn ray(&self, film: DVec2, lens: DVec2) -> Ray {
         each_camera!(self, camera => camera.ray(film, lens))
+    }
+
+    #[inline]
+    fn see(&self, p: DVec3, lens: DVec2) -> Option<Sight> {
+        each_camera!(self, camera => camera.see(p, lens))
     }
 
     fn footprint(&self, p: DVec3) -> f64 {
@@ -119,6 +141,7 @@ const SAMPLER: Param = Param::optional("sampler", Kind::Object(Category::Sampler
 #[derive(Clone, Debug)]
 struct Projection {
     to_world: DAffine3,
+    to_local: DAffine3,
     /// Half the width and height of the film at depth 1.
     half_size: DVec2,
     /// The width and height of a pixel at depth 1.
@@ -138,7 +161,7 @@ impl Projection {
         check_rigid(params, &to_world)?;
         let tangent = Self::half_width(params, film)?;
         let half_size = DVec2::new(tangent, tangent * film.y / film.x);
-        Ok(Self { to_world, half_size, pixel: 2.0 * half_size / film, near, far })
+        Ok(Self { to_world, to_local: to_world.inverse(), half_size, pixel: 2.0 * half_size / film, near, far })
     }
 
     /// The tangent of half the horizontal field of view.
@@ -186,6 +209,32 @@ impl Projection {
         let unit = direction * length.recip();
         let ray = Ray::new(self.to_world.transform_point3(start), self.to_world.transform_vector3(unit));
         Ray { t_max: (self.far - self.near) * (length * per_depth), ..ray }
+    }
+}
+
+impl Projection {
+    /// How a point is seen through a local origin on the lens, if all rays through the film at depth 1 times `focus`
+    /// meet there.
+    #[inline]
+    fn see(&self, p: DVec3, origin: DVec3, focus: f64) -> Option<Sight> {
+        let local = self.to_local.transform_point3(p);
+        if !(self.near..self.far).contains(&local.z) {
+            return None;
+        }
+        let way = local - origin;
+        let distance_squared = way.length_squared();
+        let distance = distance_squared.sqrt();
+        let at_depth_one = (origin + way * (focus / local.z)).truncate() / focus;
+        let cos = local.z / distance;
+        // A pixel's solid angle is that of its area at depth 1, px py cos³ θ, through any point of the lens.
+        let solid_angle = self.pixel.x * self.pixel.y * cos * cos * cos;
+        let start = self.to_world.transform_point3(origin + way * (self.near / local.z));
+        Some(Sight {
+            film: (self.half_size - at_depth_one) / self.pixel,
+            direction: self.to_world.transform_vector3(way / -distance),
+            ray: Ray::between(p, start),
+            importance: 1.0 / (solid_angle * distance_squared),
+        })
     }
 }
 

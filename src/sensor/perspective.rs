@@ -1,6 +1,6 @@
 use glam::{DVec2, DVec3};
 
-use super::{FAR_CLIP, FILM, FOCAL_LENGTH, FOV, FOV_AXIS, Model, NEAR_CLIP, Projection, SAMPLER, TO_WORLD};
+use super::{FAR_CLIP, FILM, FOCAL_LENGTH, FOV, FOV_AXIS, Model, NEAR_CLIP, Projection, SAMPLER, Sight, TO_WORLD};
 use crate::{
     math::Ray,
     node::{Category, Described, Params, Plugin, SceneError},
@@ -30,6 +30,10 @@ impl Described for Perspective {
 impl Model for Perspective {
     fn ray(&self, film: DVec2, _lens: DVec2) -> Ray {
         self.projection.ray(DVec3::ZERO, self.projection.direction(film))
+    }
+
+    fn see(&self, p: DVec3, _lens: DVec2) -> Option<Sight> {
+        self.projection.see(p, DVec3::ZERO, 1.0)
     }
 
     fn footprint(&self, p: DVec3) -> f64 {

@@ -1,6 +1,6 @@
 use glam::{DVec2, DVec3};
 
-use super::{FAR_CLIP, FILM, FOCAL_LENGTH, FOV, FOV_AXIS, Model, NEAR_CLIP, Projection, SAMPLER, TO_WORLD};
+use super::{FAR_CLIP, FILM, FOCAL_LENGTH, FOV, FOV_AXIS, Model, NEAR_CLIP, Projection, SAMPLER, Sight, TO_WORLD};
 use crate::{
     math::{Ray, warp},
     node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
@@ -46,11 +46,22 @@ impl Described for ThinLens {
     }
 }
 
+impl ThinLens {
+    /// A point of the lens.
+    fn on_lens(&self, u: DVec2) -> DVec3 {
+        (self.aperture_radius * warp::square_to_disc(u)).extend(0.0)
+    }
+}
+
 impl Model for ThinLens {
     fn ray(&self, film: DVec2, lens: DVec2) -> Ray {
-        let origin = (self.aperture_radius * warp::square_to_disc(lens)).extend(0.0);
+        let origin = self.on_lens(lens);
         let focus = self.focus_distance * self.projection.direction(film);
         self.projection.ray(origin, focus - origin)
+    }
+
+    fn see(&self, p: DVec3, lens: DVec2) -> Option<Sight> {
+        self.projection.see(p, self.on_lens(lens), self.focus_distance)
     }
 
     fn footprint(&self, p: DVec3) -> f64 {
