@@ -7,7 +7,7 @@
 //! 2. what a scene file says: [`node`], and [`provenance`], which hashes its files;
 //! 3. what a scene is made of: [`texture`], [`shape`], [`bsdf`], [`emitter`], [`sampler`], [`film`], [`sensor`], and the
 //!    [`scene`] that they make;
-//! 4. how light travels through it: [`transport`], [`integrator`], [`render`];
+//! 4. how light travels through it: [`transport`], [`photon`], [`integrator`], [`render`];
 //! 5. all of it looked at from outside: the [`catalogue`] of everything that scene files can name, the [`comparison`] of
 //!    images, the [`evidence`] that claims hold, and its [`report`].
 //!
@@ -52,6 +52,7 @@ pub mod film;
 pub mod sensor;
 pub mod scene;
 pub mod transport;
+pub mod photon;
 pub mod integrator;
 pub mod render;
 pub mod catalogue;
