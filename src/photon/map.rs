@@ -1,0 +1,154 @@
+use std::num::NonZeroUsize;
+
+use glam::DVec3;
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+
+use super::{Kernel, Photon, border::mass_within};
+use crate::scene::{Scene, Vertex};
+
+/// Photons in a tree.
+#[derive(Debug)]
+pub struct Map {
+    /// None without photons.
+    tree: Option<ImmutableKdTree<f32, 3>>,
+    photons: Vec<Photon>,
+}
+
+/// Which photons an estimate is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lookup {
+    /// The nearest so many, of which the farthest only tells the radius; None for all within `radius`.
+    pub nearest: Option<NonZeroUsize>,
+    /// None farther than this, in m.
+    pub radius: f64,
+    /// What they count.
+    pub kernel: Kernel,
+}
+
+/// A place where density is estimated.
+#[derive(Clone, Copy, Debug)]
+pub struct Site {
+    /// Where.
+    pub p: DVec3,
+    /// The unit normal of the true surface, on the side that is looked at.
+    pub n: DVec3,
+    patch: u32,
+    polygon: Option<[DVec3; 4]>,
+}
+
+impl Site {
+    /// The surface at a vertex, from the side that it is seen from.
+    #[must_use]
+    pub fn new(scene: &Scene, vertex: &Vertex) -> Self {
+        let n = vertex.surface.n;
+        Self {
+            p: vertex.surface.p,
+            n: if n.dot(vertex.back) < 0.0 { -n } else { n },
+            patch: scene.patch(vertex),
+            polygon: scene.polygon(vertex),
+        }
+    }
+
+    /// Whether a photon arrived at this side of this surface, where it is not turned by more than 45 degrees.
+    #[inline]
+    fn shares(&self, photon: &Photon) -> bool {
+        const COS: f64 = std::f64::consts::FRAC_1_SQRT_2;
+        photon.is_on(self.patch) && photon.normal().dot(self.n) > COS
+    }
+}
+
+impl Map {
+    /// Puts photons into a tree: in f32, as many positions as photons.
+    ///
+    /// # Panics
+    /// If a coordinate is not finite, or there are 2³² photons or more.
+    #[must_use]
+    pub fn new(positions: &[[f32; 3]], photons: Vec<Photon>) -> Self {
+        assert_eq!(positions.len(), photons.len());
+        let tree = (!photons.is_empty())
+            .then(|| ImmutableKdTree::new_from_slice(positions).expect("finite points make a tree of any shape"));
+        Self { tree, photons }
+    }
+
+    /// How many photons there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.photons.len()
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.photons.is_empty()
+    }
+
+    /// Bytes that it takes: a photon, its position, and the number by which the tree knows it.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.photons.len() * (size_of::<Photon>() + size_of::<[f32; 3]>() + size_of::<u32>())
+    }
+
+    /// Shows the photons around a place, on its side of its surface, each with what it counts there: the density of
+    /// power in W/m² is the sum of these numbers times the photons' powers.
+    ///
+    /// With the k-th nearest photon at the distance r, those within r count by the kernel of radius r, and the k-th itself
+    /// does not: its distance is what the others are distributed below. So the estimate is `(k-1) / πr²` photons per
+    /// area for photons of one surface, which has the right mean where the density is even; `k / πr²` would be too
+    /// bright by `k / (k-1)`. Photons of other surfaces in between change nothing of that. The kernel's norm is that
+    /// within the border of a flat polygon.
+    #[inline]
+    pub fn gather(&self, site: &Site, lookup: &Lookup, mut show: impl FnMut(&Photon, f64)) {
+        let Some(tree) = &self.tree else { return };
+        let point = site.p.as_vec3().to_array();
+        let cap = (lookup.radius * lookup.radius) as f32;
+        let query = tree.query(&point);
+        match lookup.nearest {
+            None => {
+                let mut share = Share::new(site, lookup, cap);
+                for found in query.within::<SquaredEuclidean<f32>>(cap).unsorted().execute() {
+                    share.show(&self.photons[found.item as usize], found.distance, &mut show);
+                }
+            }
+            Some(nearest) => {
+                let mut found = query.nearest_n::<SquaredEuclidean<f32>>(nearest).within(cap).execute();
+                let reach = if found.len() == nearest.get() {
+                    found.pop().map_or(cap, |farthest| farthest.distance)
+                } else {
+                    cap
+                };
+                // Photons that all lie in one point have no density: they are spread over the greatest disc.
+                let mut share = Share::new(site, lookup, if reach > 0.0 { reach } else { cap });
+                for found in &found {
+                    share.show(&self.photons[found.item as usize], found.distance, &mut show);
+                }
+            }
+        }
+    }
+}
+
+/// What photons count at a place, for a radius.
+struct Share<'s> {
+    site: &'s Site,
+    kernel: Kernel,
+    radius_squared: f64,
+    /// What is left of the kernel within the border; computed when the first photon counts.
+    mass: Option<f64>,
+}
+
+impl<'s> Share<'s> {
+    fn new(site: &'s Site, lookup: &Lookup, radius_squared: f32) -> Self {
+        Self { site, kernel: lookup.kernel, radius_squared: f64::from(radius_squared), mass: None }
+    }
+
+    #[inline]
+    fn show(&mut self, photon: &Photon, distance_squared: f32, show: &mut impl FnMut(&Photon, f64)) {
+        if !self.site.shares(photon) {
+            return;
+        }
+        let (site, radius) = (self.site, self.radius_squared.sqrt());
+        let mass = *self.mass.get_or_insert_with(|| {
+            site.polygon.map_or(1.0, |polygon| mass_within(self.kernel, &polygon, site.p, radius))
+        });
+        show(photon, self.kernel.density(f64::from(distance_squared), self.radius_squared) / mass);
+    }
+}

@@ -1,0 +1,17 @@
+//! Photons: light that was followed from its source, kept where it arrived, and estimates of density from it.
+//!
+//! Jensen 2001, *Realistic Image Synthesis Using Photon Mapping*.
+
+mod border;
+mod kernel;
+mod map;
+mod packed;
+mod shadow;
+mod trace;
+
+pub use border::mass_within;
+pub use kernel::Kernel;
+pub use map::{Lookup, Map, Site};
+pub use packed::{LONGEST, Photon};
+pub use shadow::{Shade, ShadowMap};
+pub use trace::{Aim, Harvest, Tally, harvest};

@@ -1,0 +1,98 @@
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::{Kernel, LONGEST, Lookup, Map, Photon, map::Site};
+use crate::{
+    math::{Ray, Rgb, rng::Stream},
+    scene::{Scene, Vertex},
+    transport::PathClass,
+};
+
+/// Where lights shine and where they do not: photons that arrive first, and shadow photons wherever their way would have
+/// gone on, behind what stopped them. Jensen and Christensen 1995, "Efficiently Rendering Shadows using the Photon Map".
+#[derive(Debug)]
+pub struct ShadowMap {
+    map: Map,
+    lookup: Lookup,
+}
+
+/// What nearby photons say of a light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shade {
+    /// All have arrived.
+    Lit,
+    /// None has.
+    Dark,
+    /// Both kinds, or too few to tell.
+    Unknown,
+}
+
+/// Photons that are followed together.
+const BATCH: u64 = 2048;
+/// Fewer photons of a light nearby say nothing of it.
+const FEWEST: usize = 8;
+
+impl ShadowMap {
+    /// Emits so many photons, each a function of the address and its number alone.
+    #[must_use]
+    pub fn new(scene: &Scene, emitted: u64, lookup: Lookup, address: [u64; 3]) -> Self {
+        let batch = |batch: u64| {
+            let mut found = Vec::new();
+            for index in batch * BATCH..emitted.min((batch + 1) * BATCH) {
+                let [seed, pass, purpose] = address;
+                let mut numbers = Stream::at(&[seed, pass, purpose, index]);
+                if let Some((emission, light)) = scene.emit(&mut numbers) {
+                    pierce(scene, emission.ray, |vertex, is_first| {
+                        found.push((vertex.surface.p.as_vec3().to_array(), mark(scene, vertex, light, is_first)));
+                    });
+                }
+            }
+            found
+        };
+        let batches: Vec<_> = (0..emitted.div_ceil(BATCH)).into_par_iter().map(batch).collect();
+        let (positions, photons): (Vec<_>, Vec<_>) = batches.into_iter().flatten().unzip();
+        Self { map: Map::new(&positions, photons), lookup: Lookup { kernel: Kernel::Constant, ..lookup } }
+    }
+
+    /// The photons.
+    #[must_use]
+    pub fn map(&self) -> &Map {
+        &self.map
+    }
+
+    /// What the photons around a place say of a light.
+    #[must_use]
+    pub fn shade(&self, site: &Site, light: usize) -> Shade {
+        let (mut lit, mut dark) = (0, 0);
+        self.map.gather(site, &self.lookup, |photon, _| {
+            if photon.depth() as usize == light {
+                *(if photon.class() == PathClass::Direct { &mut lit } else { &mut dark }) += 1;
+            }
+        });
+        // Lights beyond the last that photons can name share its number.
+        match (lit, dark) {
+            _ if light >= LONGEST as usize => Shade::Unknown,
+            (lit, 0) if lit >= FEWEST => Shade::Lit,
+            (0, dark) if dark >= FEWEST => Shade::Dark,
+            _ => Shade::Unknown,
+        }
+    }
+}
+
+/// Shows all surfaces that a ray meets, and which of them is the first.
+fn pierce(scene: &Scene, mut ray: Ray, mut show: impl FnMut(&Vertex, bool)) {
+    const MOST: u32 = 64;
+    for number in 0..MOST {
+        let Some(vertex) = scene.intersect(&ray) else { return };
+        show(&vertex, number == 0);
+        ray = Ray::leaving(vertex.surface.p, ray.direction);
+    }
+}
+
+/// A photon that names a light by its depth, and by its class whether it has arrived.
+fn mark(scene: &Scene, vertex: &Vertex, light: usize, is_first: bool) -> Photon {
+    let n: DVec3 = vertex.surface.n;
+    let n = if n.dot(vertex.back) < 0.0 { -n } else { n };
+    let class = if is_first { PathClass::Direct } else { PathClass::Indirect };
+    Photon::new(Rgb::ZERO, vertex.back, n, scene.patch(vertex), light.min(LONGEST as usize) as u32, class)
+}

@@ -1,0 +1,129 @@
+use std::ops::ControlFlow;
+
+use rayon::prelude::*;
+
+use super::{LONGEST, Photon};
+use crate::{
+    bsdf::Model as _,
+    emitter::Emission,
+    math::{Rgb, rng::Stream},
+    scene::Scene,
+    transport::{Arrival, Depths, PathClass, walk},
+};
+
+/// Which light is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Aim {
+    /// All of it; photons are kept wherever they meet a surface that scatters over more than single directions.
+    Everywhere,
+    /// Light that meets mirrors or glass first; photons are kept where it leaves them.
+    Specular,
+}
+
+impl Aim {
+    fn emit(self, scene: &Scene, numbers: &mut Stream) -> Option<Emission> {
+        match self {
+            Self::Everywhere => scene.emit(numbers).map(|(emission, _)| emission),
+            Self::Specular => scene.emit_at_specular(numbers),
+        }
+    }
+
+    /// Whether a path is still one that is followed when it arrives.
+    fn follows(self, arrival: &Arrival<'_>) -> bool {
+        match (self, arrival.before.class()) {
+            (Self::Everywhere, _) | (Self::Specular, PathClass::Caustic) => true,
+            (Self::Specular, PathClass::Direct) => arrival.bsdf.has_delta(),
+            (Self::Specular, _) => false,
+        }
+    }
+
+    fn keeps(self, arrival: &Arrival<'_>) -> bool {
+        arrival.bsdf.is_smooth() && (self == Self::Everywhere || arrival.before.class() == PathClass::Caustic)
+    }
+}
+
+/// What was counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// Photons.
+    pub stored: u64,
+    /// The sum of their powers in W.
+    pub power: Rgb,
+    /// The sum of the numbers of surfaces that they had met before.
+    pub bounces: u64,
+}
+
+/// Photons with where they arrived.
+#[derive(Debug, Default)]
+pub struct Harvest {
+    /// Positions.
+    pub positions: Vec<[f32; 3]>,
+    /// Photons; each has the power of its path over the number of emitted ones.
+    pub photons: Vec<Photon>,
+    /// How many photons were emitted, which is what powers are divided by.
+    pub emitted: u64,
+    /// The power in W that was emitted.
+    pub power: Rgb,
+}
+
+impl Harvest {
+    /// The counts of the photons of a class.
+    #[must_use]
+    pub fn tally(&self, class: PathClass) -> Tally {
+        let of_class = self.photons.iter().filter(|photon| photon.class() == class);
+        of_class.fold(Tally::default(), |tally, photon| Tally {
+            stored: tally.stored + 1,
+            power: tally.power + photon.power(),
+            bounces: tally.bounces + u64::from(photon.depth() - 1),
+        })
+    }
+}
+
+/// Photons that are followed together.
+const BATCH: u64 = 2048;
+
+/// Emits so many photons and follows them. Each is a function of the address and its number alone, and they are kept in
+/// the order of their numbers.
+#[must_use]
+pub fn harvest(scene: &Scene, aim: Aim, emitted: u64, depths: Depths, address: [u64; 3]) -> Harvest {
+    let depths = Depths { max: depths.max.min(LONGEST), ..depths };
+    let share = 1.0 / emitted as f64;
+    let batch = |batch: u64| {
+        let mut found = Harvest::default();
+        for index in batch * BATCH..emitted.min((batch + 1) * BATCH) {
+            let [seed, pass, purpose] = address;
+            let mut numbers = Stream::at(&[seed, pass, purpose, index]);
+            let Some(emission) = aim.emit(scene, &mut numbers) else { continue };
+            found.power += share * emission.flux;
+            walk(scene, &emission, depths, &mut numbers, |arrival, _| {
+                if !aim.follows(arrival) {
+                    return ControlFlow::Break(());
+                }
+                if aim.keeps(arrival) {
+                    found.positions.push(arrival.vertex.surface.p.as_vec3().to_array());
+                    found.photons.push(photon(scene, arrival, share));
+                }
+                ControlFlow::Continue(())
+            });
+        }
+        found
+    };
+    let batches: Vec<Harvest> = (0..emitted.div_ceil(BATCH)).into_par_iter().map(batch).collect();
+    let count = batches.iter().map(|batch| batch.photons.len()).sum();
+    let (positions, photons) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    let mut all = Harvest { positions, photons, emitted, power: Rgb::ZERO };
+    for batch in batches {
+        all.positions.extend(batch.positions);
+        all.photons.extend(batch.photons);
+        all.power += batch.power;
+    }
+    all
+}
+
+fn photon(scene: &Scene, arrival: &Arrival<'_>, share: f64) -> Photon {
+    let vertex = &arrival.vertex;
+    let n = vertex.surface.n;
+    // The side on which it arrived.
+    let n = if n.dot(vertex.back) < 0.0 { -n } else { n };
+    Photon::new(share * arrival.flux, vertex.back, n, scene.patch(vertex), arrival.depth, arrival.before.class())
+}
