@@ -8,7 +8,7 @@ use std::{
 use anyhow::Context as _;
 use clap::Args;
 use etendue::{
-    film::{Image, exr, picture},
+    film::{Image, exr, picture, splats},
     integrator::{Model as _, Overrides},
     node::{Document, xml},
     provenance,
@@ -178,8 +178,12 @@ fn gather(renderer: &Renderer, pass: Pass) -> Image {
     let bar = if std::io::stderr().is_terminal() { ProgressBar::new(total) } else { ProgressBar::hidden() };
     let style = ProgressStyle::with_template("{wide_bar} {percent}% {per_sec} samples, {eta} left");
     bar.set_style(style.expect("the template is right"));
-    let film = renderer.render(pass, &|samples| bar.inc(samples));
+    let rendering = renderer.begin(pass);
+    let film = rendering.render(&|samples| bar.inc(samples));
     bar.finish_and_clear();
+    let notes = rendering.notes();
+    notes.facts.iter().for_each(|fact| eprintln!("{fact}"));
+    notes.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
     film.image()
 }
 
@@ -193,7 +197,11 @@ fn replay(renderer: &Renderer, pass: Pass, [x, y, sample]: [u32; 3]) -> anyhow::
     );
     anyhow::ensure!(sample < pass.samples, "sample {sample} is not among the {} of a pixel", pass.samples);
     let mut values = vec![0.0; renderer.film().stride()];
-    let radiance = renderer.sample(pass, (x, y), sample, &mut values);
+    let mut path = splats::Path::default();
+    let radiance = renderer.begin(pass).sample((x, y), sample, &mut values, &mut path);
     say(format_args!("{:?} {:?} {:?}", radiance.x, radiance.y, radiance.z))?;
+    for ((x, y), value) in path.pixels() {
+        say(format_args!("splat {x},{y}: {:?} {:?} {:?}", value.x, value.y, value.z))?;
+    }
     Ok(ExitCode::SUCCESS)
 }

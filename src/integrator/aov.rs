@@ -1,7 +1,7 @@
-use super::{Integrator, Model};
+use super::{Integrator, Model, Notes};
 use crate::{
     bsdf::Model as _,
-    film::{LayerSpec, Source},
+    film::{LayerSpec, Source, splats},
     math::{Ray, Rgb},
     node::{Category, Described, Kind, Param, Params, Plugin, SceneError},
     sampler::PathNumbers,
@@ -145,6 +145,33 @@ impl Model for Aov {
             source: if *quantity == Quantity::SampleCount { Source::Count } else { Source::Sampled },
         });
         own.chain(self.child.iter().flat_map(|child| child.layers())).collect()
+    }
+
+    fn check(&self, scene: &Scene) -> Result<(), String> {
+        self.child.as_ref().map_or(Ok(()), |child| child.check(scene))
+    }
+
+    fn prepared(&self, scene: &Scene, seed: u64, pass: u64) -> Option<Self> {
+        let child = self.child.as_ref()?.prepared(scene, seed, pass)?;
+        Some(Self { layers: self.layers.clone(), child: Some(Box::new(child)) })
+    }
+
+    fn has_variance(&self) -> bool {
+        self.child.as_ref().is_none_or(|child| child.has_variance())
+    }
+
+    fn notes(&self) -> Notes {
+        self.child.as_ref().map(|child| child.notes()).unwrap_or_default()
+    }
+
+    fn traces_light(&self) -> bool {
+        self.child.as_ref().is_some_and(|child| child.traces_light())
+    }
+
+    fn light_path(&self, scene: &Scene, numbers: &mut PathNumbers, path: &mut splats::Path) {
+        if let Some(child) = &self.child {
+            child.light_path(scene, numbers, path);
+        }
     }
 
     fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {

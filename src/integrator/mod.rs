@@ -6,23 +6,36 @@ mod direct;
 pub mod laws;
 mod moment;
 mod path;
+mod photonmapper;
+mod ptracer;
 
 pub use aov::Aov;
 pub use depth::Depth;
 pub use direct::Direct;
 pub use moment::Moment;
 pub use path::Path;
+pub use photonmapper::PhotonMapper;
+pub use ptracer::ParticleTracer;
 
 use crate::{
-    film::LayerSpec,
+    film::{LayerSpec, splats},
     math::{Ray, Rgb},
     node::{
         Category, Document, Kind, Object, ObjectId, Param, Params, Place, Property, Range, SceneError, Value, catalogue,
     },
     sampler::PathNumbers,
     scene::{Scene, Vertex},
-    transport::Shadows,
+    transport::{Depths, Shadows},
 };
+
+/// What a user may want to know of a rendering.
+#[derive(Clone, Debug, Default)]
+pub struct Notes {
+    /// Sizes, counts and times.
+    pub facts: Vec<String>,
+    /// What may make the image other than it was meant.
+    pub warnings: Vec<String>,
+}
 
 /// What an integrator answers.
 pub trait Model {
@@ -41,6 +54,41 @@ pub trait Model {
         true
     }
 
+    /// Makes sure that it can treat a scene.
+    ///
+    /// # Errors
+    /// Why it cannot.
+    fn check(&self, _scene: &Scene) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// The same integrator with what it gathers once before a pass, if it does: a pure function of the scene, the seed and
+    /// the number of the pass.
+    fn prepared(&self, _scene: &Scene, _seed: u64, _pass: u64) -> Option<Self>
+    where
+        Self: Sized,
+    {
+        None
+    }
+
+    /// What it has gathered and done.
+    fn notes(&self) -> Notes {
+        Notes::default()
+    }
+
+    /// Whether its samples are independent, so that their scatter tells the variance of the image.
+    fn has_variance(&self) -> bool {
+        true
+    }
+
+    /// Whether it follows light from its sources, a path for each sample of each pixel.
+    fn traces_light(&self) -> bool {
+        false
+    }
+
+    /// Follows light from its source, and adds to the film what the sensor sees of it on the way.
+    fn light_path(&self, _scene: &Scene, _numbers: &mut PathNumbers, _path: &mut splats::Path) {}
+
     /// An estimate of the radiance that comes back along a camera's ray. What its sampled layers show of this ray goes
     /// into `layers`, as many values as they have channels.
     fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb;
@@ -51,6 +99,10 @@ catalogue! { ($)
     pub enum Integrator in Category::Integrator, each_integrator {
         /// Path tracing.
         Path(Path),
+        /// Light tracing.
+        ParticleTracer(ParticleTracer),
+        /// Photon mapping.
+        PhotonMapper(PhotonMapper),
         /// Direct light only.
         Direct(Direct),
         /// The distance to the first surface.
@@ -75,6 +127,30 @@ impl Model for Integrator {
         each_integrator!(self, integrator => integrator.needs_light())
     }
 
+    fn check(&self, scene: &Scene) -> Result<(), String> {
+        each_integrator!(self, integrator => integrator.check(scene))
+    }
+
+    fn prepared(&self, scene: &Scene, seed: u64, pass: u64) -> Option<Self> {
+        each_integrator!(self, integrator => integrator.prepared(scene, seed, pass).map(Self::from))
+    }
+
+    fn has_variance(&self) -> bool {
+        each_integrator!(self, integrator => integrator.has_variance())
+    }
+
+    fn notes(&self) -> Notes {
+        each_integrator!(self, integrator => integrator.notes())
+    }
+
+    fn traces_light(&self) -> bool {
+        each_integrator!(self, integrator => integrator.traces_light())
+    }
+
+    fn light_path(&self, scene: &Scene, numbers: &mut PathNumbers, path: &mut splats::Path) {
+        each_integrator!(self, integrator => integrator.light_path(scene, numbers, path))
+    }
+
     fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
         each_integrator!(self, integrator => integrator.radiance(scene, ray, numbers, layers))
     }
@@ -95,18 +171,10 @@ const RR_DEPTH: Param = Param::new("rr_depth", Kind::Integer, "5", "segments aft
     .within(Range { min: 1.0, max: 4_294_967_295.0, open: false });
 
 /// How long paths may be.
-#[derive(Clone, Copy, Debug)]
-struct Depths {
-    max: u32,
-    roulette: u32,
-}
-
-impl Depths {
-    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
-        let max = params.integer(MAX_DEPTH.name)?;
-        let roulette = params.integer(RR_DEPTH.name)?.unsigned_abs() as u32;
-        Ok(Self { max: u32::try_from(max).unwrap_or(u32::MAX), roulette })
-    }
+fn read_depths(params: &Params<'_>) -> Result<Depths, SceneError> {
+    let max = params.integer(MAX_DEPTH.name)?;
+    let roulette = params.integer(RR_DEPTH.name)?.unsigned_abs() as u32;
+    Ok(Depths { max: u32::try_from(max).unwrap_or(u32::MAX), roulette })
 }
 
 /// Whether shadows of glass are transparent.

@@ -1,6 +1,6 @@
-use super::{Integrator, Model};
+use super::{Integrator, Model, Notes};
 use crate::{
-    film::{LayerSpec, Source},
+    film::{LayerSpec, Source, splats},
     math::{Ray, Rgb},
     node::{Category, Described, Kind, Param, Params, Plugin, SceneError},
     sampler::PathNumbers,
@@ -44,6 +44,30 @@ impl Model for Moment {
     fn layers(&self) -> Vec<LayerSpec> {
         let second = LayerSpec { name: "m2".into(), channels: &["R", "G", "B"], source: Source::SecondMoment };
         self.child.layers().into_iter().chain([second]).collect()
+    }
+
+    fn check(&self, scene: &Scene) -> Result<(), String> {
+        self.child.check(scene)
+    }
+
+    fn prepared(&self, scene: &Scene, seed: u64, pass: u64) -> Option<Self> {
+        Some(Self { child: Box::new(self.child.prepared(scene, seed, pass)?) })
+    }
+
+    fn has_variance(&self) -> bool {
+        self.child.has_variance()
+    }
+
+    fn notes(&self) -> Notes {
+        self.child.notes()
+    }
+
+    fn traces_light(&self) -> bool {
+        self.child.traces_light()
+    }
+
+    fn light_path(&self, scene: &Scene, numbers: &mut PathNumbers, path: &mut splats::Path) {
+        self.child.light_path(scene, numbers, path);
     }
 
     fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {

@@ -1,13 +1,15 @@
 use super::{
-    Depths, HIDE_EMITTERS, MAX_DEPTH, Model, RR_DEPTH, TRANSPARENT_SHADOWS, first_vertex, not_physical, read_shadows,
+    HIDE_EMITTERS, MAX_DEPTH, Model, RR_DEPTH, TRANSPARENT_SHADOWS, first_vertex, not_physical, read_depths,
+    read_shadows,
 };
 use crate::{
     bsdf::{Lobe, Model as _},
+    film::LayerSpec,
     math::{PerSolidAngle, Ray, Rgb},
-    node::{Category, Described, Params, Plugin, SceneError},
+    node::{Category, Described, Kind, Param, Params, Plugin, SceneError},
     sampler::{Numbers as _, PathNumbers},
     scene::{Scene, Vertex},
-    transport::{Junction, Shadows, power_heuristic, survival},
+    transport::{Depths, FromEye, Junction, PathClass, Shadows, power_heuristic, survival},
 };
 
 /// Path tracing with next event estimation and multiple importance sampling by the power heuristic, the same
@@ -21,23 +23,33 @@ pub struct Path {
     depths: Depths,
     hide_emitters: bool,
     shadows: Shadows,
+    shows_classes: bool,
 }
+
+/// Whether layers show the four classes of paths apart.
+const PATH_CLASSES: Param = Param::new(
+    "path_classes",
+    Kind::Boolean,
+    "false",
+    "whether layers direct, specular, caustic, indirect add up to the image",
+);
 
 impl Described for Path {
     const PLUGIN: Plugin = Plugin {
         category: Category::Integrator,
         name: "path",
         summary: "Path tracing with next event estimation and multiple importance sampling.",
-        params: &[MAX_DEPTH, RR_DEPTH, HIDE_EMITTERS, TRANSPARENT_SHADOWS],
+        params: &[MAX_DEPTH, RR_DEPTH, HIDE_EMITTERS, TRANSPARENT_SHADOWS, PATH_CLASSES],
         examples: &[r#"<integrator type="path"><integer name="max_depth" value="8"/></integrator>"#],
         evidence: &["radiometry/*", "fresnel/slab", "fresnel/etendue", "transport/*", "reference/*"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
         Ok(Self {
-            depths: Depths::read(params)?,
+            depths: read_depths(params)?,
             hide_emitters: params.boolean(HIDE_EMITTERS.name)?,
             shadows: read_shadows(params)?,
+            shows_classes: params.boolean(PATH_CLASSES.name)?,
         })
     }
 }
@@ -61,11 +73,27 @@ impl Model for Path {
         not_physical(self.shadows)
     }
 
-    fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, _layers: &mut [f64]) -> Rgb {
+    fn layers(&self) -> Vec<LayerSpec> {
+        if self.shows_classes {
+            PathClass::ALL.iter().map(|class| LayerSpec::sampled(class.name())).collect()
+        } else {
+            Vec::new()
+        }
+    }
+
+    fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
         if self.depths.max == 0 {
             return Rgb::ZERO;
         }
         let mut radiance = Rgb::ZERO;
+        let mut add = |class: PathClass, light: Rgb| {
+            radiance += light;
+            if self.shows_classes {
+                let layer = &mut layers[3 * class as usize..][..3];
+                layer.iter_mut().zip(light.to_array()).for_each(|(sum, light)| *sum += light);
+            }
+        };
+        let mut state = FromEye::START;
         let mut throughput = Rgb::ONE;
         let mut eta = 1.0;
         let mut met = first_vertex(scene, ray, self.hide_emitters);
@@ -76,11 +104,12 @@ impl Model for Path {
         for depth in 1.. {
             // Light that is met by chance.
             let Some(vertex) = met else {
-                return radiance + emission_weight * throughput * scene.sky(direction);
+                add(state.at_light(), emission_weight * throughput * scene.sky(direction));
+                break;
             };
-            radiance += emission_weight * throughput * scene.emitted(&vertex);
+            add(state.at_light(), emission_weight * throughput * scene.emitted(&vertex));
             if scene.glows() {
-                radiance += throughput * scene.glow(&vertex);
+                add(state.at_light(), throughput * scene.glow(&vertex));
             }
             if depth >= self.depths.max {
                 break;
@@ -88,12 +117,13 @@ impl Model for Path {
 
             // Light that is sought.
             let junction = Junction::new(scene, vertex);
-            radiance += throughput * junction.connect(scene, numbers, [1.0, 1.0], self.shadows);
+            add(state.lit(), throughput * junction.connect(scene, numbers, [1.0, 1.0], self.shadows));
 
             // Go on.
             let Some(sample) = junction.bsdf.sample(&junction.query, numbers.next_1d(), numbers.next_2d()) else {
                 break;
             };
+            state = state.scattered(sample.lobe);
             throughput *= sample.weight;
             eta *= sample.eta;
             if throughput == Rgb::ZERO {

@@ -2,11 +2,13 @@
 
 pub mod laws;
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use crate::{
-    film::{Film, LayerSpec, Pixels},
-    integrator::{Integrator, Model as _, Overrides},
+    film::{Film, LayerSpec, Pixels, Splats, splats},
+    integrator::{Integrator, Model as _, Notes, Overrides},
     math::Rgb,
     node::{Document, SceneError},
     sampler::{Address, Model as _, Numbers as _},
@@ -36,18 +38,25 @@ pub struct Pass {
 
 /// The edge of a tile in pixels: small enough that the threads finish together.
 const TILE: u32 = 8;
+/// So many splats are gathered before they go to the film that all threads share.
+const SPLATS_AT_ONCE: usize = 4096;
 
 impl Renderer {
     /// Builds what a document describes.
     ///
     /// # Errors
-    /// All that is wrong with the scene or its integrator.
+    /// All that is wrong with the scene or its integrator, or that the one cannot treat the other.
     pub fn new(document: &Document, overrides: &Overrides) -> Result<Self, SceneError> {
-        match (Scene::build(document), Integrator::of_scene(document, overrides)) {
-            (Ok(scene), Ok(integrator)) => Ok(Self { scene, integrator }),
-            (Err(scene), Err(integrator)) => Err(SceneError(scene.0.into_iter().chain(integrator.0).collect())),
-            (Err(error), _) | (_, Err(error)) => Err(error),
-        }
+        let (scene, integrator) = match (Scene::build(document), Integrator::of_scene(document, overrides)) {
+            (Ok(scene), Ok(integrator)) => (scene, integrator),
+            (Err(scene), Err(integrator)) => return Err(SceneError(scene.0.into_iter().chain(integrator.0).collect())),
+            (Err(error), _) | (_, Err(error)) => return Err(error),
+        };
+        integrator.check(&scene).map_err(|why| {
+            let what = format!("the integrator \"{}\" cannot treat this scene: {why}", integrator.plugin().name);
+            SceneError::at(&document.object(document.root).place, what)
+        })?;
+        Ok(Self { scene, integrator })
     }
 
     /// What a careful user would want to know: dropped triangles, a scene without light.
@@ -65,24 +74,58 @@ impl Renderer {
     pub fn film(&self) -> Film {
         let format = &self.scene.sensor.film;
         let layers = [LayerSpec::beauty()].into_iter().chain(self.integrator.layers()).collect();
-        Film::new(format.rendered(), format.size(), layers)
+        let film = Film::new(format.rendered(), format.size(), layers);
+        if self.integrator.has_variance() { film } else { film.without_variance() }
+    }
+
+    /// Makes everything ready for a pass: a photon mapper sends out its photons.
+    #[must_use]
+    pub fn begin(&self, pass: Pass) -> Rendering<'_> {
+        let integrator = match self.integrator.prepared(&self.scene, pass.seed, pass.number) {
+            Some(integrator) => Cow::Owned(integrator),
+            None => Cow::Borrowed(&self.integrator),
+        };
+        Rendering { renderer: self, integrator, pass }
     }
 
     /// Renders one pass. `progress` is told how many samples have been added, from any thread.
     #[must_use]
     pub fn render(&self, pass: Pass, progress: &(dyn Fn(u64) + Sync)) -> Film {
-        let mut film = self.film();
+        self.begin(pass).render(progress)
+    }
+}
+
+/// A pass for which everything is ready.
+#[derive(Debug)]
+pub struct Rendering<'r> {
+    renderer: &'r Renderer,
+    integrator: Cow<'r, Integrator>,
+    pass: Pass,
+}
+
+impl Rendering<'_> {
+    /// What happened so far and while it was rendered, for whoever watches.
+    #[must_use]
+    pub fn notes(&self) -> Notes {
+        self.integrator.notes()
+    }
+
+    /// Renders it. `progress` is told how many samples have been added, from any thread.
+    #[must_use]
+    pub fn render(&self, progress: &(dyn Fn(u64) + Sync)) -> Film {
+        let (mut film, pass) = (self.renderer.film(), self.pass);
         let (crop, stride) = (film.crop, film.stride());
         let tiles: Vec<(u32, u32)> = (0..crop.height.div_ceil(TILE))
             .flat_map(|y| (0..crop.width.div_ceil(TILE)).map(move |x| (x * TILE, y * TILE)))
             .collect();
+        let splats = self.integrator.traces_light().then(|| Splats::new(crop.width, crop.height));
         // A strip of tiles at a time, so that finished tiles do not pile up beside the film.
         for strip in tiles.chunks(4096) {
             let finished: Vec<_> = strip
                 .par_iter()
                 .map(|&(x, y)| {
                     let (width, height) = (TILE.min(crop.width - x), TILE.min(crop.height - y));
-                    let block = self.tile(pass, (x, y), (width, height), stride);
+                    let block = self.tile((x, y), (width, height), stride, splats.as_ref());
                     progress(u64::from(width * height) * u64::from(pass.samples));
                     block
                 })
@@ -91,30 +134,47 @@ impl Renderer {
                 film.add(x, y, block);
             }
         }
+        if let Some(splats) = splats {
+            let paths = u64::from(crop.width) * u64::from(crop.height) * u64::from(pass.samples);
+            film.add_splats(&splats.finish(paths));
+        }
         film
     }
 
-    fn tile(&self, pass: Pass, corner: (u32, u32), size: (u32, u32), stride: usize) -> Pixels {
+    fn tile(&self, corner: (u32, u32), size: (u32, u32), stride: usize, splats: Option<&Splats>) -> Pixels {
         let mut block = Pixels::new(size.0, size.1, stride);
         let mut values = vec![0.0; stride];
+        let mut path = splats::Path::default();
+        let mut left = Vec::new();
         for y in 0..size.1 {
             for x in 0..size.0 {
-                for sample in 0..pass.samples {
-                    self.sample(pass, (corner.0 + x, corner.1 + y), sample, &mut values);
+                for sample in 0..self.pass.samples {
+                    self.sample((corner.0 + x, corner.1 + y), sample, &mut values, &mut path);
                     block.push(x, y, &values);
+                    path.drain_into(&mut left);
+                    if let Some(splats) = splats
+                        && left.len() >= SPLATS_AT_ONCE
+                    {
+                        splats.add(&mut left);
+                    }
                 }
             }
+        }
+        if let Some(splats) = splats {
+            splats.add(&mut left);
         }
         block
     }
 
-    /// One sample of one pixel: a pure function of its address. `values` has one element for each sampled channel.
+    /// One sample of one pixel: a pure function of its address. `values` has one element for each sampled channel. What
+    /// a path from a light leaves on all the film goes into `path`.
     ///
     /// # Panics
     /// If the sample is infinite or not a number, which is a bug; the message is its address.
     #[inline]
-    pub fn sample(&self, pass: Pass, (x, y): (u32, u32), sample: u32, values: &mut [f64]) -> Rgb {
-        let sensor = &self.scene.sensor;
+    pub fn sample(&self, (x, y): (u32, u32), sample: u32, values: &mut [f64], path: &mut splats::Path) -> Rgb {
+        let (scene, pass) = (&self.renderer.scene, self.pass);
+        let sensor = &scene.sensor;
         let crop = sensor.film.rendered();
         // Pixels are numbered on the whole film, so that a crop shows the same samples.
         let pixel = u64::from(crop.y + y) * sensor.film.size().x as u64 + u64::from(crop.x + x);
@@ -124,9 +184,11 @@ impl Renderer {
         let ray = sensor.camera.ray(position, numbers.next_2d());
         values.fill(0.0);
         let (beauty, layers) = values.split_at_mut(3);
-        let radiance = self.integrator.radiance(&self.scene, &ray, &mut numbers, layers);
+        let radiance = self.integrator.radiance(scene, &ray, &mut numbers, layers);
         assert!(radiance.is_finite(), "the radiance is {radiance} at {address:?}");
         radiance.write_to_slice(beauty);
+        self.integrator.light_path(scene, &mut numbers, path);
+        assert!(path.is_finite(), "a path from a light is not finite at {address:?}");
         radiance
     }
 }

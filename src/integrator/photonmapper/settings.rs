@@ -1,0 +1,151 @@
+use std::num::NonZeroUsize;
+
+use crate::{
+    integrator::{HIDE_EMITTERS, MAX_DEPTH, RR_DEPTH, read_depths},
+    node::{Kind, Param, Params, Range, SceneError},
+    photon::{Kernel, LONGEST, Lookup},
+    scene::Scene,
+    sensor::Model as _,
+    transport::Depths,
+};
+
+/// What a scene file says of a photon mapper.
+#[derive(Clone, Debug)]
+pub(super) struct Settings {
+    pub(super) global_photons: u64,
+    pub(super) caustic_photons: u64,
+    nearest: Option<NonZeroUsize>,
+    global_radius: Option<f64>,
+    caustic_radius: Option<f64>,
+    kernel: Kernel,
+    pub(super) direct: Direct,
+    /// Rays of final gathering; None where the map itself is shown.
+    pub(super) gather: Option<u32>,
+    pub(super) is_guided: bool,
+    pub(super) shows_raw: bool,
+    pub(super) depths: Depths,
+    pub(super) hide_emitters: bool,
+}
+
+/// How light that comes straight from lights is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Direct {
+    Traced,
+    Map,
+    ShadowPhotons,
+}
+
+/// Each photon takes 36 bytes, and each that is emitted may be kept several times.
+const COUNT: Range = Range { min: 1.0, max: 1e8, open: false };
+
+pub(super) const PARAMS: &[Param] = &[
+    Param::new("global_photons", Kind::Integer, "250000", "photons emitted for the global map").within(COUNT),
+    Param::new("caustic_photons", Kind::Integer, "500000", "photons emitted at mirrors and glass for the caustic map")
+        .within(COUNT),
+    Param::new(
+        "lookup_size",
+        Kind::Integer,
+        "50",
+        "photons of an estimate, of which the farthest sets the radius; 0 takes all within the radius",
+    )
+    .within(Range { min: 0.0, max: 1e6, open: false }),
+    Param::optional(
+        "global_lookup_radius",
+        Kind::Float,
+        "1/20 of the scene's radius",
+        "no photon of the global map is taken from farther away, in m",
+    )
+    .within(Range::LENGTH),
+    Param::optional(
+        "caustic_lookup_radius",
+        Kind::Float,
+        "1/80 of the scene's radius",
+        "no photon of the caustic map is taken from farther away, in m",
+    )
+    .within(Range::LENGTH),
+    Param::new(
+        "kernel",
+        Kind::Choice(&["constant", "cone", "epanechnikov"]),
+        "epanechnikov",
+        "what a photon counts at a distance",
+    ),
+    Param::new("direct", Kind::Choice(&["traced", "map", "shadow_photons"]), "traced", "how direct light is found"),
+    Param::new("indirect", Kind::Choice(&["final_gather", "map"]), "final_gather", "how indirect light is found"),
+    Param::new("gather_samples", Kind::Integer, "1", "rays of each final gathering").within(Range {
+        min: 1.0,
+        max: 1e6,
+        open: false,
+    }),
+    Param::new(
+        "gather_importance",
+        Kind::Boolean,
+        "true",
+        "whether gathering goes where the map says light comes from",
+    ),
+    Param::new("raw_estimate", Kind::Boolean, "false", "whether a layer \"raw\" shows the global map itself"),
+    MAX_DEPTH,
+    Param::new("rr_depth", Kind::Integer, "1", "segments after which Russian roulette begins").within(RR_DEPTH.range),
+    HIDE_EMITTERS,
+];
+
+impl Settings {
+    pub(super) fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        let count = |name| params.integer(name).map(|count| count.unsigned_abs());
+        let kernel = params.string("kernel")?;
+        let (_, kernel) = Kernel::ALL.into_iter().find(|(name, _)| *name == kernel).expect("the table has these");
+        let direct = match params.string("direct")? {
+            "map" => Direct::Map,
+            "shadow_photons" => Direct::ShadowPhotons,
+            _ => Direct::Traced,
+        };
+        let gather_samples = count("gather_samples")? as u32;
+        Ok(Self {
+            global_photons: count("global_photons")?,
+            caustic_photons: count("caustic_photons")?,
+            nearest: Self::read_nearest(params)?,
+            global_radius: params.optional_float("global_lookup_radius")?,
+            caustic_radius: params.optional_float("caustic_lookup_radius")?,
+            kernel,
+            direct,
+            gather: (params.string("indirect")? == "final_gather").then_some(gather_samples),
+            is_guided: params.boolean("gather_importance")?,
+            shows_raw: params.boolean("raw_estimate")?,
+            depths: Self::read_depths(params)?,
+            hide_emitters: params.boolean(HIDE_EMITTERS.name)?,
+        })
+    }
+
+    fn read_nearest(params: &Params<'_>) -> Result<Option<NonZeroUsize>, SceneError> {
+        match params.integer("lookup_size")?.unsigned_abs() as usize {
+            1 => {
+                let error = params.error("lookup_size", "\"lookup_size\" is 1");
+                Err(error.hint("must be 2 or more, for the farthest photon only sets the radius; or 0"))
+            }
+            nearest => Ok(NonZeroUsize::new(nearest)),
+        }
+    }
+
+    /// Photons know the lengths of their paths up to a limit.
+    fn read_depths(params: &Params<'_>) -> Result<Depths, SceneError> {
+        let depths = read_depths(params)?;
+        if depths.max != u32::MAX && depths.max > LONGEST {
+            let error = params.error(MAX_DEPTH.name, format!("\"max_depth\" is {}", depths.max));
+            return Err(error.hint(format!("must be at most {LONGEST} for a photon mapper, or -1")));
+        }
+        Ok(depths)
+    }
+
+    /// The lookups of the global and of the caustic map. Radii that are not given are a share of the scene's radius, but not
+    /// less than what two pixels see of its middle.
+    pub(super) fn lookups(&self, scene: &Scene) -> [Lookup; 2] {
+        let ball = scene.surroundings();
+        let size = if ball.radius > 0.0 { ball.radius } else { 1.0 };
+        let seen = 2.0 * scene.sensor.camera.footprint(ball.centre).abs();
+        let lookup = |given: Option<f64>, share: f64| Lookup {
+            nearest: self.nearest,
+            radius: given.unwrap_or_else(|| (share * size).max(seen.min(0.2 * size))),
+            kernel: self.kernel,
+        };
+        [lookup(self.global_radius, 1.0 / 20.0), lookup(self.caustic_radius, 1.0 / 80.0)]
+    }
+}
