@@ -15,7 +15,7 @@ use crate::{
     integrator::{self, Overrides},
     law::{Effort, Finding, Law, Measured, judge, level_of_each},
     node::{SceneError, xml},
-    provenance,
+    photon, provenance,
     render::{self, Pass, Renderer},
     sampler, sensor, shape,
     stats::{Outcome, Verdict, binomial},
@@ -34,12 +34,14 @@ pub fn laws() -> impl Iterator<Item = &'static Law> {
         sampler::laws::LAWS,
         film::laws::LAWS,
         sensor::laws::LAWS,
+        photon::laws::LAWS,
         integrator::laws::lights::LAWS,
         integrator::laws::rooms::LAWS,
         integrator::laws::extras::LAWS,
         integrator::laws::glass::LAWS,
         integrator::laws::optics::LAWS,
         render::laws::LAWS,
+        render::laws::light::LAWS,
         comparison::laws::LAWS,
     ];
     lists.into_iter().flatten()

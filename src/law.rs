@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::stats::{Estimate, Moments, Welch, multiple::sidak_level};
+use crate::stats::{Equivalence, Estimate, Moments, Welch, multiple::sidak_level};
 
 /// A claim with the function that checks it.
 #[derive(Clone, Copy, Debug)]
@@ -105,6 +105,25 @@ impl Finding {
         let test = Welch::test(&estimate(one), &estimate(other));
         let statistic = format!("{:.6} and {:.6}, ± {:.1e}, t = {:.2}", one.mean, other.mean, test.std_error, test.t);
         Self::test(subject, statistic, test.p)
+    }
+}
+
+impl Finding {
+    /// Whether two lots of samples have means that are equivalent: equal within a share of the other's, at the level of
+    /// [`equivalence`](crate::stats::equivalence). The value is how far apart they may be at that level.
+    pub fn equivalent(subject: impl Into<String>, ours: &Estimate, other: &Estimate, bound: f64) -> Self {
+        let found = Equivalence::test(ours, other, bound * other.mean.abs());
+        let percent = |x: f64| 100.0 * x / other.mean.abs();
+        let subject = format!(
+            "{}: {:.5} for {:.5}, {:+.2} ± {:.2} %, power {:.3}",
+            subject.into(),
+            ours.mean,
+            other.mean,
+            percent(found.difference),
+            percent(found.std_error),
+            found.power
+        );
+        Self::error(subject, found.limit / other.mean.abs(), bound)
     }
 }
 

@@ -4,6 +4,7 @@
 
 mod border;
 mod kernel;
+pub mod laws;
 mod map;
 mod packed;
 mod shadow;

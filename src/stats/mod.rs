@@ -8,6 +8,7 @@
 //! | the same, bit-identical for every order and sharding | [`exact`] | [`ExactSum`], [`ExactMoments`] |
 //! | a mean with its uncertainty | [`estimate`] | [`Estimate`] |
 //! | two means | [`welch`] | [`Welch`] |
+//! | two means, equal within a bound | [`equivalence`] | [`Equivalence`] |
 //! | counts against expectations | [`chi2`] | [`Chi2`] |
 //! | samples against a distribution function | [`ks`] | [`Ks`] |
 //! | many tests at once | [`multiple`] | levels, adjusted p-values, rejections |
@@ -25,6 +26,7 @@
 
 pub mod binomial;
 pub mod chi2;
+pub mod equivalence;
 pub mod estimate;
 pub mod exact;
 mod float;
@@ -42,6 +44,7 @@ pub mod welch;
 mod draws;
 
 pub use chi2::Chi2;
+pub use equivalence::Equivalence;
 pub use estimate::Estimate;
 pub use exact::{ExactMoments, ExactSum};
 pub use ks::Ks;

@@ -1,5 +1,7 @@
 //! What must hold for whole images.
 
+pub mod light;
+
 use std::path::Path;
 
 use glam::{DVec2, DVec3};

@@ -1,0 +1,82 @@
+//! Are two means equal but for a bound? What a test of difference cannot show, for it also passes when it is blind.
+
+use super::{Estimate, Welch, normal, student};
+
+/// Two one-sided tests: the means are equivalent if both reject that their difference is beyond the bound.
+///
+/// Schuirmann 1987, "A comparison of the Two One-Sided Tests procedure and the power approach". It fails safe: noise makes
+/// it refuse what is equal, never accept what is not more often than its level.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Equivalence {
+    /// First mean minus second mean.
+    pub difference: f64,
+    /// Standard error of the difference.
+    pub std_error: f64,
+    /// How far the difference may be from 0 at the level: the means are equivalent if this is within the bound.
+    pub limit: f64,
+    /// The chance to find them equivalent if they are equal.
+    pub power: f64,
+}
+
+/// The chance to call means equivalent that differ by the bound.
+pub const LEVEL: f64 = 0.01;
+
+impl Equivalence {
+    /// Tests `ours` against `reference`, which may differ by `bound`.
+    ///
+    /// # Panics
+    /// If a side of non-zero variance has no degrees of freedom.
+    #[must_use]
+    pub fn test(ours: &Estimate, reference: &Estimate, bound: f64) -> Self {
+        let welch = Welch::test(ours, reference);
+        let (difference, std_error) = (welch.difference, welch.std_error);
+        if std_error == 0.0 {
+            return Self { difference, std_error, limit: difference.abs(), power: 1.0 };
+        }
+        // One-sided at the level is two-sided at twice that.
+        let t = student::two_sided_t(2.0 * LEVEL, welch.dof);
+        let power = (2.0 * normal::cdf(bound / std_error - t) - 1.0).max(0.0);
+        Self { difference, std_error, limit: difference.abs() + t * std_error, power }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Moments;
+    use super::super::draws::Draws;
+    use super::*;
+
+    /// How often means that differ by so much are found equivalent within 1.
+    fn accepted(shift: f64, trials: u32) -> (f64, f64) {
+        let mut draws = Draws::new(7);
+        let mut mean = |shift: f64| {
+            let moments: Moments = (0..40).map(|_| shift + 1.2 * draws.normal()).collect();
+            Estimate::from_moments(&moments).unwrap()
+        };
+        let (mut count, mut power) = (0, 0.0);
+        for _ in 0..trials {
+            let (ours, reference) = (mean(shift), mean(0.0));
+            let test = Equivalence::test(&ours, &reference, 1.0);
+            count += u32::from(test.limit <= 1.0);
+            power += test.power / f64::from(trials);
+        }
+        (f64::from(count) / f64::from(trials), power)
+    }
+
+    #[test]
+    fn the_level_is_kept_at_the_bound_and_the_power_is_that_which_is_said() {
+        let trials = 4000;
+        let (at_bound, _) = accepted(1.0, trials);
+        // Five standard errors of a binomial share.
+        assert!((at_bound - LEVEL).abs() < 5.0 * (LEVEL / f64::from(trials)).sqrt(), "{at_bound}");
+        let (equal, power) = accepted(0.0, trials);
+        assert!((equal - power).abs() < 0.03 && power > 0.7, "{equal}, said {power}");
+        assert_eq!(accepted(1.5, 200).0, 0.0);
+    }
+
+    #[test]
+    fn exact_values_are_compared() {
+        let test = Equivalence::test(&Estimate::exact(1.0), &Estimate::exact(1.25), 0.5);
+        assert_eq!((test.difference, test.limit, test.power), (-0.25, 0.25, 1.0));
+    }
+}
