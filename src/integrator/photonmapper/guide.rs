@@ -16,7 +16,7 @@ pub(super) struct Guide {
     side: f64,
 }
 
-const ROWS: usize = 8;
+const ROWS: usize = 4;
 const CELLS: usize = ROWS * ROWS;
 
 impl Guide {

@@ -79,7 +79,7 @@ pub(super) const PARAMS: &[Param] = &[
     Param::new(
         "gather_importance",
         Kind::Boolean,
-        "true",
+        "false",
         "whether gathering goes where the map says light comes from",
     ),
     Param::new("raw_estimate", Kind::Boolean, "false", "whether a layer \"raw\" shows the global map itself"),

@@ -220,7 +220,7 @@ fn split(effort: Effort) -> Vec<Finding> {
     let ways: [(&str, [f64; 5], &[(&str, &str)]); 3] = [
         ("traced and gathered", BOUNDS, &[]),
         ("all from the map", BOUNDS_OF_MAPS, &[("direct", "map"), ("indirect", "map")]),
-        ("several rays without importance", BOUNDS, &[("gather_samples", "3"), ("gather_importance", "false")]),
+        ("several rays with importance", BOUNDS, &[("gather_samples", "3"), ("gather_importance", "true")]),
     ];
     let mut findings = Vec::new();
     for (way, bounds, params) in ways {
