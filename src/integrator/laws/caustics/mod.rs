@@ -1,0 +1,3 @@
+//! Caustics: light that a mirror or a lens gathers on a diffuse surface.
+
+pub mod theory;
