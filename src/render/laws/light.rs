@@ -29,7 +29,10 @@ pub const LAWS: &[Law] = &[
     },
 ];
 
-fn renderer(scene: &str, sensor: &str, integrator: &str, params: &[(&str, &str)]) -> Renderer {
+/// Parameters of an integrator.
+type Given<'a> = &'a [(&'a str, &'a str)];
+
+fn renderer(scene: &str, sensor: &str, integrator: &str, params: Given<'_>) -> Renderer {
     let text = format!(r#"<scene version="3.0.0">{sensor}{scene}</scene>"#);
     let document = xml::parse(&text, "law", Path::new(""), &[]).expect("the scene is valid XML");
     let params = params.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
@@ -91,7 +94,7 @@ fn light_is_path(effort: Effort) -> Vec<Finding> {
     let border = r#"<rfilter type="tent"><float name="radius" value="2"/></rfilter><boolean name="sample_border" value="true"/>
         <integer name="crop_offset_x" value="4"/><integer name="crop_width" value="8"/>"#;
     let hidden = [("hide_emitters", "true")];
-    let cases: [(&str, String, String, &[(&str, &str)]); 9] = [
+    let cases: [(&str, String, String, Given<'_>); 9] = [
         ("point light, pinhole, box", things(PAINT) + POINT, pinhole(FILTER), &[]),
         ("spot, thin lens", things(PAINT) + spot, lens(FILTER), &[]),
         ("sun, gaussian", things(PAINT) + sun, pinhole(gaussian), &[]),
@@ -142,7 +145,7 @@ fn quarters(renderer: &Renderer, seed: u64, passes: u64) -> [Moments; 4] {
 const RADII: [(f64, f64); 3] = [(1.0, 1.0), (std::f64::consts::SQRT_2, 0.5), (2.0, -0.5)];
 
 /// The parts of a photon-mapped image, each the mean over the film, extrapolated to radius 0, over passes; the sum last.
-fn extrapolated(make: impl Fn(&[(&str, &str)]) -> Renderer, least: f64, samples: u32, passes: u64) -> [Moments; 5] {
+fn extrapolated(make: impl Fn(Given<'_>) -> Renderer, least: f64, samples: u32, passes: u64) -> [Moments; 5] {
     let at_radius = |(scale, weight): (f64, f64)| {
         let radius = format!("{}", scale * least);
         let renderer =
@@ -217,7 +220,7 @@ fn split(effort: Effort) -> Vec<Finding> {
         let parts = parts(&path, Pass { seed: 93, number, samples: 1024 });
         truth.iter_mut().zip(parts).for_each(|(moments, part)| moments.push(part));
     }
-    let ways: [(&str, [f64; 5], &[(&str, &str)]); 3] = [
+    let ways: [(&str, [f64; 5], Given<'_>); 3] = [
         ("traced and gathered", BOUNDS, &[]),
         ("all from the map", BOUNDS_OF_MAPS, &[("direct", "map"), ("indirect", "map")]),
         ("several rays with importance", BOUNDS, &[("gather_samples", "3"), ("gather_importance", "true")]),
@@ -225,9 +228,8 @@ fn split(effort: Effort) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (way, bounds, params) in ways {
         let photons = [depth, ("global_photons", "20000"), ("caustic_photons", "20000")];
-        let make = |radius: &[(&str, &str)]| {
-            renderer(&scene, &sensor, "photonmapper", &[&photons[..], params, radius].concat())
-        };
+        let make =
+            |radius: Given<'_>| renderer(&scene, &sensor, "photonmapper", &[&photons[..], params, radius].concat());
         let found = extrapolated(make, 0.06, 64, passes);
         for (i, part) in NAMES.iter().enumerate() {
             let estimate = |moments| Estimate::from_moments(moments).expect("there are two passes or more");
