@@ -5,6 +5,7 @@ The foot stands on z = 0. Where two surfaces meet, at the edge of the liquid, th
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 from meshes import Mesh, Vec3
 
@@ -33,14 +34,15 @@ def snifter() -> Mesh:
     """Glass against air: foot, stem, the outside of the bowl, and its inside down to the liquid."""
     outside, inside = ACROSS + THICKNESS, UPRIGHT + THICKNESS
     foot = line((0.0, 0.0), (FOOT, 0.0), 2)
-    edge = curve((FOOT, 0.0), (0.035, 0.0), (0.035, -0.003), (FOOT, EDGE), 5)
-    top = curve((FOOT, EDGE), (-0.45, 0.04), (0.0, 0.16), (STEM, STEM_LOW), 10)
+    edge = curve((FOOT, 0.0), (0.04, 0.0), (-0.04, 0.0036), (FOOT, EDGE), 10)
+    top = curve((FOOT, EDGE), (-0.45, 0.0405), (0.0, 0.16), (STEM, STEM_LOW), 10)
     stem = line((STEM, STEM_LOW), (STEM, STEM_HIGH), 2)
     start, end = ellipse(outside, inside, BOTTOM), ellipse(outside, inside, RIM)
     fillet = curve((STEM, STEM_HIGH), (0.0, 0.09), along(start, 0.15), (start.r, start.z), 6)
     lip = ellipse(ACROSS, UPRIGHT, RIM, -1.0)
-    rim = curve((end.r, end.z), along(end, 0.03), along(lip, 0.03), (lip.r, lip.z), 5)
-    return revolved([foot, edge, top, stem, fillet, arc(outside, inside, BOTTOM, RIM, 18), rim, arc(ACROSS, UPRIGHT, RIM, LEVEL, 12)])
+    rim = curve((end.r, end.z), along(end, 0.03), along(lip, 0.03), (lip.r, lip.z), 10)
+    bowl, wall = arc(outside, inside, BOTTOM, RIM, 18), arc(ACROSS, UPRIGHT, RIM, LEVEL, 12)
+    return revolved([foot, edge, top, stem, fillet, bowl, rim, wall])
 
 
 def cognac_wall() -> Mesh:
@@ -105,7 +107,7 @@ def revolved(parts: list[list[Point]]) -> Mesh:
     points = parts[0] + [point for part in parts[1:] for point in part[1:]]
     mesh = Mesh([], [])
     rings = [_ring(mesh, point) for point in points]
-    for lower, upper in zip(rings, rings[1:], strict=False):
+    for lower, upper in pairwise(rings):
         for k in range(SECTORS):
             a, b, c, d = lower[k], lower[(k + 1) % SECTORS], upper[(k + 1) % SECTORS], upper[k]
             mesh.faces += [face for face in ((a, b, c), (a, c, d)) if len(set(face)) == 3]

@@ -424,7 +424,7 @@ class StandIns:
         self.note("absorption", "homogeneous medium that does not scatter")
 
     def open_meshes(self) -> None:
-        """Drop what Mitsuba need not be told."""
+        """Drop the leave to be open, which Mitsuba does not ask for."""
         for node in self.tree.every("Shape"):
             if self.tree.take(node, "allow_open", None) is not None:
                 self.note("allow_open", "nothing")
