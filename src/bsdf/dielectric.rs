@@ -111,7 +111,7 @@ impl Reflectance for Schlick {
             r#"<bsdf type="schlick"><float name="int_ior" value="1.33"/><float name="ext_ior" value="1"/>
                 <string name="reflectance_model" value="none"/><rgb name="specular_transmittance" value="0.9, 0.7, 0.5"/></bsdf>"#,
         ],
-        evidence: &["fresnel/schlick", "bsdf/*", "reference/figure-3-glass-balls"],
+        evidence: &["fresnel/schlick", "bsdf/*", "reference/figure-3-glass-balls", "reference/absorbing-glass"],
     };
 
     fn read(params: &Params<'_>) -> Result<fn(f64, f64) -> Interface, SceneError> {
