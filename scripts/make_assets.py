@@ -13,7 +13,9 @@ import zlib
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
+from ground import ground
 from meshes import Mesh, Vec3, kcply_bytes, obj_bytes, ply_bytes
+from snifter import cognac_surface, cognac_wall, snifter
 from teapot import closed_teapot, open_teapot
 
 Rgb8 = tuple[int, int, int]
@@ -252,9 +254,13 @@ def assets() -> dict[str, bytes]:
     coarse, fine = open_teapot(6), open_teapot(10)
     return {
         "meshes/bumpy-torus.ply": ply_bytes(bumpy_torus(), "binary_little_endian"),
+        "meshes/cognac-surface.ply": ply_bytes(cognac_surface(), "binary_little_endian"),
+        "meshes/cognac-wall.ply": ply_bytes(cognac_wall(), "binary_little_endian"),
         "meshes/gem.ply": ply_bytes(gem(), "ascii"),
+        "meshes/ground.ply": ply_bytes(ground(2026, 110), "binary_little_endian"),
         "meshes/lamp.ply": ply_bytes(lamp(), "ascii"),
         "meshes/pebble.ply": ply_bytes(pebble(), "binary_big_endian"),
+        "meshes/snifter.ply": ply_bytes(snifter(), "binary_little_endian"),
         "meshes/teapot-closed.ply": ply_bytes(closed_teapot(10), "binary_little_endian"),
         "meshes/teapot-coarse.kcply": kcply_bytes(coarse, 0),
         "meshes/teapot-coarse.ply": ply_bytes(coarse, "binary_little_endian"),

@@ -6,6 +6,9 @@
   those that shine are fine meshes, since Mitsuba instances no lights
 - `csg` is exact as far as its operands are: the surface of each, masked where it does not bound the solid. No surface may
   coincide with one that is masked away: a ray that passes the one misses the other
+- `absorption` of glass is a medium inside each of its shapes that scatters nothing, seen by volpathmis. Mitsuba tells it from the
+  last interface: a medium that absorbs outside the glass in it is not known there, nor one with the camera in it
+- `allow_open` is left out: Mitsuba lets glass be open
 - `normals` is an emitter, `phong`, `metal` and `schlick` are BSDFs of mitsuba_bsdfs
 """
 
@@ -25,6 +28,7 @@ from surfaces import Array, Quadric, Surface
 from user_error import UserError
 
 BSDFS = ("phong", "metal", "schlick")
+GLASS = ("dielectric", "schlick")
 
 
 @dataclass
@@ -390,23 +394,59 @@ class StandIns:
             self.tree.props(emitter)["kept"] = kept
         self.tree.refer(node, "glow", emitter)
 
-    def integrators(self, masks: bool, normals: bool) -> None:
-        """Replace an integrator that does not see through masks, and refuse those that cannot show the scene."""
+    def media(self, solids: set[int]) -> bool:
+        """Put a medium inside each shape whose glass absorbs, except `solids`; returns whether there is any."""
+        tree, absorbing = self.tree, {}
+        for node in tree.every("BSDF", *GLASS):
+            absorption = tree.take_vector(node, "absorption", np.zeros(3))
+            if absorption.any():
+                absorbing[node] = absorption
+        for node in tree.every("BSDF"):
+            if any(child in absorbing for _, child in tree.children(node, "BSDF")):
+                raise tree.error(node, "glass that absorbs inside another bsdf has no stand-in")
+        for node in list(tree.every("Shape")):
+            for _, bsdf in tree.children(node, "BSDF"):
+                if bsdf in absorbing and node in solids:
+                    raise tree.error(node, "in a csg, glass that absorbs has no stand-in")
+                if bsdf in absorbing:
+                    self.fill(node, absorbing[bsdf])
+        return bool(absorbing)
+
+    def fill(self, node: int, absorption: Array) -> None:
+        """Put a medium inside a shape."""
+        tree = self.tree
+        medium, greatest = tree.add(node, "Medium", "homogeneous"), float(absorption.max())
+        # Mitsuba takes no colour above 1.
+        tree.props(medium)["sigma_t"] = tree.mi.ScalarColor3f(absorption / greatest)
+        tree.props(medium)["scale"] = greatest
+        tree.props(medium)["albedo"] = 0.0
+        tree.refer(node, "interior", medium)
+        self.note("absorption", "homogeneous medium that does not scatter")
+
+    def open_meshes(self) -> None:
+        """Drop the leave to be open, which Mitsuba does not ask for."""
+        for node in self.tree.every("Shape"):
+            if self.tree.take(node, "allow_open", None) is not None:
+                self.note("allow_open", "nothing")
+
+    def integrators(self, masks: bool, normals: bool, media: bool) -> None:
+        """Replace an integrator that does not see masks or media, and refuse those that cannot show the scene."""
         tree = self.tree
         for node in list(tree.every("Integrator")):
             plugin, props = tree.plugin(node), tree.props(node)
             if normals and props.get("hide_emitters", False):
                 raise tree.error(node, "hide_emitters hides what has the bsdf normals in Mitsuba")
-            if not masks or plugin in ("volpath", "moment"):
+            if not (masks or media) or plugin in ("volpath", "volpathmis", "moment"):
                 continue
             if plugin not in ("path", "direct"):
-                raise tree.error(node, "does not see through the masks that stand in for csg; path, direct and moment do")
+                raise tree.error(node, "does not see the masks and media of stand-ins; path, direct and moment do")
             if plugin == "direct":
                 for name in ("shading_samples", "emitter_samples", "bsdf_samples"):
                     tree.take(node, name, None)
                 props["max_depth"] = 2
-            props.set_plugin_name("volpath")
-            self.note(plugin, "volpath, which sees through masks")
+            stand_in, reason = ("volpathmis", "absorption") if media else ("volpath", "through masks")
+            props.set_plugin_name(stand_in)
+            self.note(plugin, f"{stand_in}, which sees {reason}")
 
 
 @dataclass(frozen=True)
@@ -435,6 +475,8 @@ def put_in(mi: ModuleType, state: Any, beside: Path, folder: Path) -> list[str]:
             raise tree.error(node, "the bsdf normals inside another has no stand-in")
     nested = {child for node in tree.every("Shape", "csg") for _, child in tree.children(node, "Shape")}
     csgs = list(tree.every("Shape", "csg"))
+    media = stand_ins.media(nested.union(csgs))
+    stand_ins.open_meshes()
     others = [node for node in tree.every("Shape") if node not in nested and node not in csgs]
     for node in others:
         if any(child in normals for _, child in tree.children(node, "BSDF")):
@@ -447,7 +489,7 @@ def put_in(mi: ModuleType, state: Any, beside: Path, folder: Path) -> list[str]:
         stand_ins.note("normals", "Python emitter on a black surface")
         tree.props(node).set_plugin_name("diffuse")
         tree.props(node)["reflectance"] = 0.0
-    stand_ins.integrators(bool(csgs), bool(normals))
+    stand_ins.integrators(bool(csgs), bool(normals), media)
     return list(stand_ins.used)
 
 

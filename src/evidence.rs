@@ -40,6 +40,7 @@ pub fn laws() -> impl Iterator<Item = &'static Law> {
         integrator::laws::extras::LAWS,
         integrator::laws::glass::LAWS,
         integrator::laws::optics::LAWS,
+        integrator::laws::absorption::LAWS,
         render::laws::LAWS,
         render::laws::light::LAWS,
         comparison::laws::LAWS,

@@ -6,12 +6,14 @@ from collections import Counter
 import numpy as np
 import pytest
 
+import ground
 import make_assets
 import mitsuba_reference as ref
+import snifter
 from make_assets import Mesh
 
 ASSETS = ref.ROOT / "assets"
-LARGEST = 300_000
+LARGEST = 650_000
 GENERATED = make_assets.assets()
 
 
@@ -41,17 +43,85 @@ def volume(mesh: Mesh) -> float:
     return float(np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))) / 6.0
 
 
-@pytest.mark.parametrize("mesh", [make_assets.pebble(), make_assets.gem()], ids=["pebble", "gem"])
+def welded(*meshes: Mesh) -> Mesh:
+    """Several meshes as one, whose vertices at the same place are one."""
+    index: dict[tuple[float, ...], int] = {}
+    faces = [tuple(index.setdefault(mesh.positions[k], len(index)) for k in face) for mesh in meshes for face in mesh.faces]
+    return Mesh(list(index), faces)
+
+
+def turned(mesh: Mesh) -> Mesh:
+    """Inside out."""
+    return Mesh(mesh.positions, [face[::-1] for face in mesh.faces])
+
+
+GLASS, WALL, SURFACE = snifter.snifter(), snifter.cognac_wall(), snifter.cognac_surface()
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [make_assets.pebble(), make_assets.gem(), welded(WALL, SURFACE)],
+    ids=["pebble", "gem", "cognac"],
+)
 def test_glass_can_be_made_of_a_closed_mesh(mesh: Mesh) -> None:
     edges = Counter((f[k], f[(k + 1) % 3]) for f in mesh.faces for k in range(3))
     assert set(edges.values()) == {1}
     assert all((b, a) in edges for a, b in edges)
-    assert volume(mesh) > 1.0
+    assert volume(mesh) > 0.5
 
 
-@pytest.mark.parametrize("mesh", [make_assets.pebble(), make_assets.bumpy_torus()], ids=["pebble", "torus"])
+def test_the_cognac_fills_its_part_of_the_spheroid() -> None:
+    """Against the volume between two heights; a polygon of n sides is sin(2 pi / n) / (2 pi / n) of its circle."""
+    high = math.sin(snifter.LEVEL)
+    exact = math.pi * snifter.ACROSS**2 * snifter.UPRIGHT * ((high - high**3 / 3.0) + 2.0 / 3.0)
+    step = 2.0 * math.pi / snifter.SECTORS
+    assert volume(welded(WALL, SURFACE)) == pytest.approx(exact * math.sin(step) / step, rel=2e-3)
+
+
+def test_glass_and_cognac_touch_without_a_gap() -> None:
+    whole = welded(GLASS, turned(WALL))
+    edges = Counter((f[k], f[(k + 1) % 3]) for f in whole.faces for k in range(3))
+    assert set(edges.values()) == {1}
+    assert all((b, a) in edges for a, b in edges)
+    assert volume(whole) > 0.1
+    assert min(z for _, _, z in GLASS.positions) == 0.0
+
+
+def test_the_ground_is_fractal() -> None:
+    """Heights differ by a power of the distance that is less than 0.85, since the octaves end, and more than 0.5."""
+    rng = np.random.default_rng(4)
+    places = rng.uniform(-40.0, 40.0, (4000, 2))
+    spreads = []
+    for distance in (0.15, 0.6):
+        away = [ground.fractal(1, x + distance, y) - ground.fractal(1, x, y) for x, y in places]
+        spreads.append(float(np.std(away)))
+    assert 0.5 < math.log(spreads[1] / spreads[0]) / math.log(4.0) < 0.85
+
+
+def test_the_ground_carries_what_stands_on_it() -> None:
+    mesh = ground.ground(2026, 40)
+    assert max(z for x, y, z in mesh.positions if math.hypot(x, y) <= ground.STAND) == 0.0
+
+
+def test_the_normals_of_the_ground_are_those_of_its_faces_smoothed() -> None:
+    """Where triangles are large and the ground is rough, the normals of a few faces are far from their own."""
+    mesh = ground.ground(2026, 110)
+    corners, normals = (np.array(values)[np.array(mesh.faces)] for values in (mesh.positions, mesh.normals))
+    facets = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    facets /= np.linalg.norm(facets, axis=1, keepdims=True)
+    cosines = np.einsum("ij,ikj->ik", facets, normals)
+    assert (facets[:, 2] > 0.0).all()
+    assert cosines.min() > 0.6
+    assert np.quantile(cosines, 0.01) > 0.85
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [make_assets.pebble(), make_assets.bumpy_torus(), GLASS, WALL, SURFACE],
+    ids=["pebble", "torus", "snifter", "cognac-wall", "cognac-surface"],
+)
 def test_normals_are_unit_and_agree_with_the_faces(mesh: Mesh) -> None:
-    assert all(abs(math.hypot(*n) - 1.0) < 1e-12 for n in mesh.normals)
+    assert all(abs(math.hypot(*n) - 1.0) < 2e-7 for n in mesh.normals)
     for a, b, c in mesh.faces:
         p, q, r = (np.array(mesh.positions[k]) for k in (a, b, c))
         facet = np.cross(q - p, r - p)

@@ -649,12 +649,54 @@ def test_the_scalar_variant_renders_the_same(renderer: ref.Renderer, tmp_path: P
     assert (error <= 1e-2 * means[0].mean(axis=0)).all()
 
 
+ABSORPTION = np.array([0.1, 0.5, 1.5])
+
+
+def absorbing(kind: str) -> str:
+    numbers = '<float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/>'
+    return f'<bsdf type="{kind}">{numbers}<rgb name="absorption" value="0.1, 0.5, 1.5"/></bsdf>'
+
+
+@pytest.mark.parametrize("kind", ["dielectric", "schlick"])
+@pytest.mark.parametrize(
+    ("shape", "distance"),
+    [
+        ('<shape type="sphere">', 2.0),
+        ('<shape type="cube"><transform name="to_world"><scale z="0.3"/></transform>', 0.6),
+        ('<shape type="ellipsoid"><vector name="radii" value="1, 2, 0.5"/>', 1.0),
+    ],
+)
+def test_glass_absorbs_after_beer_and_lambert(
+    renderer: ref.Renderer, tmp_path: Path, kind: str, shape: str, distance: float
+) -> None:
+    """Straight through, in a white sky: R + (1 - R)^2 a / (1 - R a) with a = exp(-absorption distance)."""
+    path = tmp_path / "scene.xml"
+    head = HEAD.replace('name="fov" value="40"', 'name="fov" value="0.01"').replace('value="3"', 'value="20"')
+    path.write_text(head + f'<emitter type="constant"/>{shape}{absorbing(kind)}</shape></scene>')
+    means = ref.render_batches(renderer, path, 2048, 8).images.astype(np.float64).mean(axis=(1, 2))
+    left = np.exp(-ABSORPTION * distance)
+    expected = 0.04 + 0.96**2 * left / (1.0 - 0.04 * left)
+    error = means.std(axis=0, ddof=1) / math.sqrt(len(means))
+    assert (np.abs(means.mean(axis=0) - expected) <= 5.0 * error).all()
+    assert (error <= 4e-3 * expected).all()
+
+
+def test_glass_without_absorption_and_open_glass_keep_their_integrator(renderer: ref.Renderer, tmp_path: Path) -> None:
+    glass = absorbing("dielectric").replace("0.1, 0.5, 1.5", "0, 0, 0")
+    mesh = f'<string name="filename" value="{ref.ROOT}/assets/meshes/lamp.ply"/><boolean name="allow_open" value="true"/>'
+    path = tmp_path / "scene.xml"
+    path.write_text(HEAD + f'<shape type="ply">{mesh}{glass}</shape></scene>')
+    assert ref.load_with_stand_ins(renderer, path)[1] == ["allow_open: nothing"]
+
+
 OURS = {"plane", "triangle", "kcply", "ellipsoid", "cone", "paraboloid", "hyperboloid", "quadric", "csg"}
 OURS |= {"phong", "metal", "schlick", "normals"}
+OUR_PARAMETERS = {"absorption", "allow_open"}
 
 
 def uses_ours(scene: Path) -> bool:
-    return any(element.attributes.get("type") in OURS for element in ref.scene_elements(scene))
+    found = [element.attributes for element in ref.scene_elements(scene)]
+    return any(attributes.get("type") in OURS or attributes.get("name") in OUR_PARAMETERS for attributes in found)
 
 
 @pytest.mark.parametrize("scene", [s for s in ref.all_scenes() if not uses_ours(s)], ids=lambda scene: scene.stem)
@@ -696,7 +738,7 @@ def test_scenes_without_our_plugins_are_left_alone(renderer: ref.Renderer, scene
         (csg_xml("union", sphere_xml(*A), '<float name="radius" value="1"/>'), "csg: holds shapes"),
         (csg_xml("union", '<shape type="disk"/>'), "disk: as an operand"),
         (csg_xml("union", sphere_xml(*A, '<emitter type="area"/>')), "an operand that shines"),
-        (csg_xml("union", sphere_xml(*A)) + '<integrator type="depth"/>', "depth: does not see through the masks"),
+        (csg_xml("union", sphere_xml(*A)) + '<integrator type="depth"/>', "depth: does not see the masks and media"),
         ('<shape type="sphere"><bsdf type="twosided"><bsdf type="normals"/></bsdf></shape>', "normals inside another"),
         (
             '<shape type="sphere"><bsdf type="normals"/></shape>'
@@ -704,6 +746,13 @@ def test_scenes_without_our_plugins_are_left_alone(renderer: ref.Renderer, scene
             "hide_emitters",
         ),
         ('<shape type="sphere"><bsdf type="phong"><rgb name="ambient" value="0.1"/></bsdf></shape>', "ambient"),
+        (csg_xml("union", absorbing("dielectric"), sphere_xml(*A)), "csg: in a csg, glass that absorbs"),
+        (csg_xml("union", sphere_xml(*A, absorbing("schlick")), sphere_xml(*B)), "sphere: in a csg, glass that absorbs"),
+        (
+            f'<shape type="sphere"><bsdf type="blendbsdf"><bsdf type="diffuse"/>{absorbing("dielectric")}</bsdf></shape>',
+            "blendbsdf: glass that absorbs inside another bsdf",
+        ),
+        (f'<shape type="sphere">{absorbing("dielectric")}</shape><integrator type="depth"/>', "depth: does not see the masks"),
     ],
 )
 def test_what_has_no_stand_in_is_one_line(renderer: ref.Renderer, tmp_path: Path, body: str, message: str) -> None:

@@ -106,6 +106,11 @@ impl Model for Blend {
         self.bsdfs.iter().any(Bsdf::is_interface)
     }
 
+    /// The inside is one medium, whatever the share of its interface.
+    fn absorption(&self) -> Rgb {
+        self.bsdfs[0].absorption().max(self.bsdfs[1].absorption())
+    }
+
     fn straight_transmittance(&self, query: &Query) -> Option<Rgb> {
         let through = |(share, bsdf): (f64, &Bsdf)| Some(share * bsdf.straight_transmittance(query)?);
         self.parts(query.uv).filter_map(through).reduce(|one, other| one + other)

@@ -15,6 +15,11 @@ use crate::{
 
 /// A smooth interface of two transparent media. The inside is below the normal. Radiance that crosses is scaled by the
 /// square of the ratio of the indices, for étendue `n² A Ω` is what stays constant; flux is not.
+///
+/// Of light that goes a way `t` through the medium inside, `exp(-absorption t)` is left (Beer and Lambert); the medium
+/// outside absorbs nothing. Media that touch have one interface between them, whose inside is the one that absorbs, or
+/// either. Surfaces of other materials in the medium do not know that they are in it: between two of them, or between
+/// one and a camera or light in the medium, nothing is absorbed.
 #[derive(Clone, Debug)]
 pub struct Glass<K> {
     /// The index inside over that outside.
@@ -23,6 +28,8 @@ pub struct Glass<K> {
     interface: fn(f64, f64) -> Interface,
     specular_reflectance: Texture,
     specular_transmittance: Texture,
+    /// Of the medium inside, per unit of length.
+    absorption: Rgb,
     kind: PhantomData<K>,
 }
 
@@ -50,6 +57,9 @@ const SPECULAR_REFLECTANCE: Param =
 const SPECULAR_TRANSMITTANCE: Param =
     Param::new("specular_transmittance", Kind::Texture, "1", "scales what is refracted; not physical")
         .within(Range::UNIT);
+const ABSORPTION: Param =
+    Param::new("absorption", Kind::Rgb, "0", "the absorption coefficient of the medium inside, in 1/m")
+        .within(Range::NON_NEGATIVE);
 
 /// After Fresnel's exact equations for unpolarised light.
 #[derive(Clone, Debug)]
@@ -60,13 +70,13 @@ impl Reflectance for Dielectric {
         category: Category::Bsdf,
         name: "dielectric",
         summary: "A smooth interface between transparent media, after Fresnel's equations.",
-        params: &[INT_IOR, EXT_IOR, SPECULAR_REFLECTANCE, SPECULAR_TRANSMITTANCE],
+        params: &[INT_IOR, EXT_IOR, SPECULAR_REFLECTANCE, SPECULAR_TRANSMITTANCE, ABSORPTION],
         examples: &[
             r#"<bsdf type="dielectric"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf>"#,
             r#"<bsdf type="dielectric"><string name="int_ior" value="air"/><string name="ext_ior" value="diamond"/>
-                <rgb name="specular_reflectance" value="0.9, 0.7, 0.5"/></bsdf>"#,
+                <rgb name="specular_reflectance" value="0.9, 0.7, 0.5"/><rgb name="absorption" value="0.1, 0.5, 2"/></bsdf>"#,
         ],
-        evidence: &["fresnel/table", "fresnel/slab", "fresnel/etendue", "fresnel/hemispherical"],
+        evidence: &["fresnel/table", "fresnel/slab", "fresnel/etendue", "fresnel/hemispherical", "absorption/*"],
     };
 
     fn read(_params: &Params<'_>) -> Result<fn(f64, f64) -> Interface, SceneError> {
@@ -94,13 +104,14 @@ impl Reflectance for Schlick {
             ),
             SPECULAR_REFLECTANCE,
             SPECULAR_TRANSMITTANCE,
+            ABSORPTION,
         ],
         examples: &[
             r#"<bsdf type="schlick"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf>"#,
             r#"<bsdf type="schlick"><float name="int_ior" value="1.33"/><float name="ext_ior" value="1"/>
                 <string name="reflectance_model" value="none"/><rgb name="specular_transmittance" value="0.9, 0.7, 0.5"/></bsdf>"#,
         ],
-        evidence: &["fresnel/schlick", "bsdf/*", "reference/figure-3-glass-balls"],
+        evidence: &["fresnel/schlick", "bsdf/*", "reference/figure-3-glass-balls", "reference/absorbing-glass"],
     };
 
     fn read(params: &Params<'_>) -> Result<fn(f64, f64) -> Interface, SceneError> {
@@ -118,6 +129,7 @@ impl<K: Reflectance> Described for Glass<K> {
             interface: K::read(params)?,
             specular_reflectance: Texture::of(params, SPECULAR_REFLECTANCE.name)?,
             specular_transmittance: Texture::of(params, SPECULAR_TRANSMITTANCE.name)?,
+            absorption: params.rgb(ABSORPTION.name)?,
             kind: PhantomData,
         })
     }
@@ -205,6 +217,10 @@ impl<K: Reflectance> Model for Glass<K> {
 
     fn is_interface(&self) -> bool {
         true
+    }
+
+    fn absorption(&self) -> Rgb {
+        self.absorption
     }
 
     /// As if the light came from the outside on both faces: on a plane-parallel slab refracted light meets both at that

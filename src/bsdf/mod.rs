@@ -116,6 +116,11 @@ pub trait Model {
         false
     }
 
+    /// The absorption coefficient of the medium below the normal, per unit of length.
+    fn absorption(&self) -> Rgb {
+        Rgb::ZERO
+    }
+
     /// What a straight line through the surface keeps of its light; None if it is opaque.
     fn straight_transmittance(&self, _query: &Query) -> Option<Rgb> {
         None
@@ -196,6 +201,10 @@ impl Model for Bsdf {
 
     fn is_interface(&self) -> bool {
         each_bsdf!(self, bsdf => bsdf.is_interface())
+    }
+
+    fn absorption(&self) -> Rgb {
+        each_bsdf!(self, bsdf => bsdf.absorption())
     }
 
     fn straight_transmittance(&self, query: &Query) -> Option<Rgb> {

@@ -77,7 +77,7 @@ impl Model for Direct {
         for _ in 0..self.bsdf_samples {
             radiance += by_bsdf(scene, &junction, numbers, shares) / shares[1];
         }
-        radiance
+        radiance * scene.transmittance(None, ray, Some(&vertex))
     }
 }
 
@@ -87,7 +87,8 @@ fn by_bsdf(scene: &Scene, junction: &Junction<'_>, numbers: &mut PathNumbers, sh
         return Rgb::ZERO;
     };
     let direction = junction.vertex.surface.shading.to_world(sample.wo);
-    let met = scene.intersect(&Ray::leaving(junction.p(), direction));
+    let ray = Ray::leaving(junction.p(), direction);
+    let met = scene.intersect(&ray);
     let light = met.map_or_else(|| scene.sky(direction), |vertex| scene.emitted(&vertex));
     let glow = met.map_or(Rgb::ZERO, |vertex| scene.glow(&vertex));
     let weight = match sample.lobe {
@@ -97,5 +98,5 @@ fn by_bsdf(scene: &Scene, junction: &Junction<'_>, numbers: &mut PathNumbers, sh
         }
         Lobe::Delta | Lobe::Null => 1.0,
     };
-    sample.weight * (weight * light + glow)
+    sample.weight * (weight * light + glow) * scene.transmittance(Some(&junction.vertex), &ray, met.as_ref())
 }

@@ -97,6 +97,9 @@ impl Model for Path {
         let mut throughput = Rgb::ONE;
         let mut eta = 1.0;
         let mut met = first_vertex(scene, ray, self.hide_emitters);
+        if scene.absorbs() {
+            throughput *= scene.transmittance(None, ray, met.as_ref());
+        }
         let mut direction = ray.direction;
         let mut emission_weight = if self.hide_emitters { 0.0 } else { 1.0 };
         // Whether a connection has looked for the light in this direction past all glass.
@@ -137,7 +140,11 @@ impl Model for Path {
                 throughput /= survival;
             }
             direction = vertex.surface.shading.to_world(sample.wo);
-            met = scene.intersect(&Ray::leaving(junction.p(), direction));
+            let next = Ray::leaving(junction.p(), direction);
+            met = scene.intersect(&next);
+            if scene.absorbs() {
+                throughput *= scene.transmittance(Some(&vertex), &next, met.as_ref());
+            }
             let drawn = (sample.lobe == Lobe::Smooth).then_some((&junction, sample.density));
             emission_weight = Segment { drawn }.weight(scene, met.as_ref());
             if self.shadows == Shadows::Transparent {

@@ -51,9 +51,12 @@ impl ParticleTracer {
         // Beside the film there is nothing to see.
         scene.sensor.film.seen_by(sight.film).next()?;
         let wo = surface.shading.to_local(sight.direction);
-        let scattered = arrival.bsdf.eval_cos(&arrival.query, wo);
+        let mut scattered = arrival.bsdf.eval_cos(&arrival.query, wo);
         if scattered == Rgb::ZERO || self.is_hidden(scene, &sight.ray) {
             return None;
+        }
+        if scene.absorbs() {
+            scattered *= scene.transmittance(Some(&arrival.vertex), &sight.ray, None);
         }
         let adjoint = adjoint_of_shading(surface, arrival.vertex.back, sight.direction);
         Some((sight.film, arrival.flux * scattered * (adjoint * sight.importance)))
@@ -108,6 +111,6 @@ impl Model for ParticleTracer {
             return if self.hide_emitters { Rgb::ZERO } else { scene.sky(ray.direction) };
         };
         let emitted = if self.hide_emitters { Rgb::ZERO } else { scene.emitted(&vertex) };
-        emitted + scene.glow(&vertex)
+        (emitted + scene.glow(&vertex)) * scene.transmittance(None, ray, Some(&vertex))
     }
 }

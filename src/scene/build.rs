@@ -274,6 +274,7 @@ impl<'d> Builder<'d> {
             shapes,
             parts: self.parts,
             materials: self.materials,
+            absorbs: self.bsdfs.iter().any(|bsdf| bsdf.absorption() != Rgb::ZERO),
             glows: self.bsdfs.iter().any(Bsdf::glows),
             bsdfs: self.bsdfs,
             lights: self.lights,

@@ -1,6 +1,7 @@
 //! From a scene file to a scene that rays can meet.
 
 mod build;
+mod medium;
 
 use glam::{DVec2, DVec3};
 
@@ -35,6 +36,8 @@ pub struct Scene {
     specular: Option<Vec<Ball>>,
     /// Whether any material shows radiance by itself.
     glows: bool,
+    /// Whether any medium absorbs light.
+    absorbs: bool,
     warnings: Vec<String>,
 }
 
@@ -91,12 +94,13 @@ impl Scene {
         distance.is_some_and(|distance| distance <= 0.5 * self.sensor.camera.footprint(vertex.surface.p))
     }
 
-    /// What gets through to the end of a ray past surfaces that are transparent, without being bent, and whether there is
-    /// any such surface.
+    /// What gets through to the end of a ray from a vertex past surfaces that are transparent, without being bent, and
+    /// whether there is any such surface.
     #[inline(never)]
     #[must_use]
-    pub fn straight_transmittance(&self, ray: &Ray) -> (Rgb, bool) {
+    pub fn straight_transmittance(&self, from: &Vertex, ray: &Ray) -> (Rgb, bool) {
         let mut rest = *ray;
+        let mut last = Vertex { t: 0.0, ..*from };
         let mut share = Rgb::ONE;
         let mut is_crossed = false;
         while let Some(vertex) = self.intersect(&rest) {
@@ -105,11 +109,12 @@ impl Scene {
             let Some(transmittance) = self.bsdf(&vertex).straight_transmittance(&query) else {
                 return (Rgb::ZERO, is_crossed);
             };
-            share *= transmittance;
+            share *= transmittance * self.transmittance_beyond(&last, ray, Some(&vertex));
             is_crossed = true;
             rest.t_min = vertex.t + Ray::leaving_distance(vertex.surface.p) / ray.direction.length();
+            last = vertex;
         }
-        (share, is_crossed)
+        (share * self.transmittance_beyond(&last, ray, None), is_crossed)
     }
 
     /// The material at a vertex.

@@ -105,10 +105,13 @@ impl<'s> Junction<'s> {
         let mut is_crossed = false;
         match shadows {
             Shadows::Opaque if scene.occluded(&incident.shadow_ray) => return Rgb::ZERO,
+            Shadows::Opaque if scene.absorbs() => {
+                scattered *= scene.transmittance(Some(&self.vertex), &incident.shadow_ray, None);
+            }
             Shadows::Opaque => {}
             Shadows::Transparent => {
                 let share;
-                (share, is_crossed) = scene.straight_transmittance(&incident.shadow_ray);
+                (share, is_crossed) = scene.straight_transmittance(&self.vertex, &incident.shadow_ray);
                 scattered *= share;
             }
         }

@@ -43,8 +43,15 @@ pub fn walk<'s, N: Numbers>(
     let mut flux = emission.flux;
     let mut before = FromLight::START;
     let mut ray = emission.ray;
+    let mut left: Option<Vertex> = None;
     for depth in 1..=depths.max {
         let Some(vertex) = scene.intersect(&ray) else { return };
+        if scene.absorbs() {
+            flux *= scene.transmittance(left.as_ref(), &ray, Some(&vertex));
+        }
+        if flux == Rgb::ZERO {
+            return;
+        }
         let wi = vertex.surface.shading.to_local(vertex.back);
         let query = Query { wi, uv: vertex.surface.uv, transport: Transport::Flux };
         let arrival = Arrival { bsdf: scene.bsdf(&vertex), vertex, query, flux, depth, before };
@@ -63,12 +70,10 @@ pub fn walk<'s, N: Numbers>(
             }
             scattered /= survival;
         }
-        if scattered == Rgb::ZERO {
-            return;
-        }
         flux = scattered;
         before = before.scattered(sample.lobe);
         ray = Ray::leaving(vertex.surface.p, direction);
+        left = Some(vertex);
     }
 }
 

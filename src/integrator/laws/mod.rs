@@ -3,6 +3,7 @@
 //! No scene has a radius, an albedo or an angle that hides a factor: no unit distances, no equal channels, no light
 //! that stands straight above.
 
+pub mod absorption;
 pub mod caustics;
 pub mod extras;
 pub mod glass;

@@ -144,6 +144,9 @@ impl Eye<'_> {
         let mut met = first_vertex(scene, ray, self.settings.hide_emitters);
         let mut direction = ray.direction;
         let (mut throughput, mut eta, mut state) = (Rgb::ONE, 1.0, FromEye::START);
+        if scene.absorbs() {
+            throughput *= scene.transmittance(None, ray, met.as_ref());
+        }
         for depth in 1.. {
             // Lights are seen from the camera, and in mirrors and glass.
             let is_hidden = depth == 1 && self.settings.hide_emitters;
@@ -176,7 +179,7 @@ impl Eye<'_> {
             }
             state = state.scattered(sample.lobe);
             direction = vertex.surface.shading.to_world(sample.wo);
-            met = scene.intersect(&Ray::leaving(junction.p(), direction));
+            met = self.next(&vertex, direction, &mut throughput);
         }
         raw
     }
@@ -184,6 +187,16 @@ impl Eye<'_> {
     /// The radiance of a light that a ray meets, be it the sky.
     fn shining(&self, met: Option<&Vertex>, direction: glam::DVec3) -> Rgb {
         met.map_or_else(|| self.scene.sky(direction), |vertex| self.scene.emitted(vertex))
+    }
+
+    /// What is met next in a direction. What the medium absorbs on the way is taken from the throughput.
+    fn next(&self, from: &Vertex, direction: glam::DVec3, throughput: &mut Rgb) -> Option<Vertex> {
+        let ray = Ray::leaving(from.surface.p, direction);
+        let met = self.scene.intersect(&ray);
+        if self.scene.absorbs() {
+            *throughput *= self.scene.transmittance(Some(from), &ray, met.as_ref());
+        }
+        met
     }
 
     fn survives(&self, depth: u32, throughput: &mut Rgb, eta: f64, numbers: &mut PathNumbers) -> bool {
@@ -276,9 +289,13 @@ impl Eye<'_> {
         shares: [f64; 2],
         numbers: &mut PathNumbers,
     ) -> Rgb {
-        let Some(connection) = junction.propose(self.scene, numbers) else { return Rgb::ZERO };
-        if !self.is_seen(junction, connection.light, &connection.incident.shadow_ray) {
+        let Some(mut connection) = junction.propose(self.scene, numbers) else { return Rgb::ZERO };
+        let shadow_ray = &connection.incident.shadow_ray;
+        if !self.is_seen(junction, connection.light, shadow_ray) {
             return Rgb::ZERO;
+        }
+        if self.scene.absorbs() {
+            connection.scattered *= self.scene.transmittance(Some(&junction.vertex), shadow_ray, None);
         }
         let Some(density) = connection.incident.density else { return connection.scattered };
         let other = PerSolidAngle(shares[1] * density_of(junction, guide, connection.wo).0);
@@ -309,12 +326,12 @@ impl Eye<'_> {
     ) {
         let scene = self.scene;
         let mut direction = junction.vertex.surface.shading.to_world(sample.wo);
-        let mut met = scene.intersect(&Ray::leaving(junction.p(), direction));
+        let (mut throughput, mut eta) = (sample.weight, 1.0);
+        let mut met = self.next(&junction.vertex, direction, &mut throughput);
         if let Some(weight) = weight {
             let weight = weight(scene.light_density(junction.p(), met.as_ref()));
-            found.add(PathClass::Direct, weight * sample.weight * self.shining(met.as_ref(), direction));
+            found.add(PathClass::Direct, weight * throughput * self.shining(met.as_ref(), direction));
         }
-        let (mut throughput, mut eta) = (sample.weight, 1.0);
         let mut state = FromEye::START.scattered(Lobe::Smooth);
         for depth in depth.. {
             let Some(vertex) = met else { return };
@@ -341,7 +358,7 @@ impl Eye<'_> {
             }
             state = state.scattered(sample.lobe);
             direction = vertex.surface.shading.to_world(sample.wo);
-            met = scene.intersect(&Ray::leaving(next.p(), direction));
+            met = self.next(&vertex, direction, &mut throughput);
         }
     }
 

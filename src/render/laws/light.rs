@@ -94,7 +94,13 @@ fn light_is_path(effort: Effort) -> Vec<Finding> {
     let border = r#"<rfilter type="tent"><float name="radius" value="2"/></rfilter><boolean name="sample_border" value="true"/>
         <integer name="crop_offset_x" value="4"/><integer name="crop_width" value="8"/>"#;
     let hidden = [("hide_emitters", "true")];
-    let cases: [(&str, String, String, Given<'_>); 9] = [
+    // Above what the sensor sees, for light tracing shows glass black.
+    let amber = r#"<shape type="rectangle"><transform name="to_world"><scale value="0.5"/><rotate x="1" angle="175"/>
+        <translate x="0.3" y="0" z="4.4"/></transform><emitter type="area"><rgb name="radiance" value="40, 30, 20"/></emitter></shape>
+        <shape type="sphere"><point name="center" x="0.2" y="0.1" z="2.9"/><float name="radius" value="0.5"/>
+        <bsdf type="dielectric"><float name="int_ior" value="1.3"/><float name="ext_ior" value="1"/>
+        <rgb name="absorption" value="0.2, 0.9, 3"/></bsdf></shape>"#;
+    let cases: [(&str, String, String, Given<'_>); 10] = [
         ("point light, pinhole, box", things(PAINT) + POINT, pinhole(FILTER), &[]),
         ("spot, thin lens", things(PAINT) + spot, lens(FILTER), &[]),
         ("sun, gaussian", things(PAINT) + sun, pinhole(gaussian), &[]),
@@ -103,6 +109,7 @@ fn light_is_path(effort: Effort) -> Vec<Finding> {
         ("lamp, metal", things(metal) + LAMP, pinhole(FILTER), &[]),
         ("lamp and sky, rough conductor, hidden lights", things(rough) + LAMP + sky, lens(gaussian), &hidden),
         ("all lights, thin lens, gaussian", things(PAINT) + POINT + spot + sun + sky + LAMP, lens(gaussian), &[]),
+        ("lamp behind amber", things(PAINT) + amber, lens(FILTER), &[]),
         ("lamp and point, three segments", things(PAINT) + LAMP + POINT, pinhole(FILTER), &[("max_depth", "3")]),
     ];
     let passes = u64::from(effort.samples(24));
