@@ -7,6 +7,9 @@
 - `csg` is exact as far as its operands are: the surface of each, masked where it does not bound the solid. No surface may
   coincide with one that is masked away: a ray that passes the one misses the other
 - `normals` is an emitter, `phong`, `metal` and `schlick` are BSDFs of mitsuba_bsdfs
+- `photonmapper` is `path`, which estimates without bias what photon maps estimate with some. It finds no light that a
+  mirror or glass casts from a `point`, `spot` or `directional` light: there, `ptracer` can stand in. It finds all but what
+  mirrors and glass show, which stays black
 """
 
 from collections.abc import Callable, Iterator
@@ -25,6 +28,11 @@ from surfaces import Array, Quadric, Surface
 from user_error import UserError
 
 BSDFS = ("phong", "metal", "schlick")
+
+# What may stand in for `photonmapper`, and how it is noted.
+FOR_PHOTONS = {"path": "path", "ptracer": "ptracer, which shows mirrors and glass black"}
+# What all of them have in common.
+INTEGRATOR_PARAMETERS = ("max_depth", "rr_depth", "hide_emitters")
 
 
 @dataclass
@@ -390,6 +398,18 @@ class StandIns:
             self.tree.props(emitter)["kept"] = kept
         self.tree.refer(node, "glow", emitter)
 
+    def photon_mappers(self, stand_in: str) -> None:
+        """Replace each photon mapper by an integrator without photon maps, of the same depths."""
+        tree = self.tree
+        for node in tree.every("Integrator", "photonmapper"):
+            if stand_in not in FOR_PHOTONS:
+                raise tree.error(node, f"{stand_in!r} cannot stand in for it; {' and '.join(FOR_PHOTONS)} can")
+            props = tree.props(node)
+            for name in [name for name in props if name not in INTEGRATOR_PARAMETERS]:
+                del props[name]
+            props.set_plugin_name(stand_in)
+            self.note("photonmapper", FOR_PHOTONS[stand_in])
+
     def integrators(self, masks: bool, normals: bool) -> None:
         """Replace an integrator that does not see through masks, and refuse those that cannot show the scene."""
         tree = self.tree
@@ -397,6 +417,8 @@ class StandIns:
             plugin, props = tree.plugin(node), tree.props(node)
             if normals and props.get("hide_emitters", False):
                 raise tree.error(node, "hide_emitters hides what has the bsdf normals in Mitsuba")
+            if normals and plugin == "ptracer":
+                raise tree.error(node, "traces no light from what stands in for the bsdf normals")
             if not masks or plugin in ("volpath", "moment"):
                 continue
             if plugin not in ("path", "direct"):
@@ -420,10 +442,11 @@ class _Part:
     also: Test | None
 
 
-def put_in(mi: ModuleType, state: Any, beside: Path, folder: Path) -> list[str]:
+def put_in(mi: ModuleType, state: Any, beside: Path, folder: Path, for_photons: str = "path") -> list[str]:
     """Replace what Mitsuba lacks in a parsed, upgraded and resolved scene; returns what was replaced by what.
 
-    `beside` is the folder of the scene, `folder` takes meshes that Mitsuba reads when it instantiates the scene.
+    `beside` is the folder of the scene, `folder` takes meshes that Mitsuba reads when it instantiates the scene;
+    `for_photons` stands in for `photonmapper`.
     """
     tree = Tree(mi, state)
     stand_ins = StandIns(tree, beside, folder)
@@ -447,6 +470,7 @@ def put_in(mi: ModuleType, state: Any, beside: Path, folder: Path) -> list[str]:
         stand_ins.note("normals", "Python emitter on a black surface")
         tree.props(node).set_plugin_name("diffuse")
         tree.props(node)["reflectance"] = 0.0
+    stand_ins.photon_mappers(for_photons)
     stand_ins.integrators(bool(csgs), bool(normals))
     return list(stand_ins.used)
 
