@@ -22,6 +22,7 @@ import time
 import tomllib
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -71,6 +72,9 @@ LLVM_FOLDERS = (
 )
 # LLVM 14, 15 and 16 abort in their instruction selection; 19 and 22 work; those between were not at hand.
 OLDEST_LLVM = 19
+
+# The parameter of a scene that says what stands in for `photonmapper`: <default name="photons_by" value="ptracer"/>.
+PHOTONS_BY = "photons_by"
 
 Params = Mapping[str, str]
 
@@ -240,6 +244,16 @@ def integrator_name(scene: Path, params: Params | None = None) -> str:
     return f"{outer}({', '.join(nested)})" if nested else outer
 
 
+def parameter(scene: Path, name: str, params: Params | None = None) -> str | None:
+    """The value of a parameter of a scene, given or by its first <default>; None if it has neither."""
+    defaults = (e.attributes.get("value", "") for e in scene_elements(scene, params) if _defines(e, name))
+    return (params or {}).get(name, next(defaults, None))
+
+
+def _defines(element: Element, name: str) -> bool:
+    return element.tag == "default" and element.attributes.get("name") == name
+
+
 # --- rendering ---------------------------------------------------------------------------------------------------------
 
 
@@ -289,7 +303,9 @@ def load_with_stand_ins(renderer: Renderer, scene: Path, params: Params | None =
     """
     mi = renderer.mi
     config = mi.parser.ParserConfig(renderer.variant)
-    state = mi.parser.parse_file(config, str(scene), **dict(params or {}))
+    # Mitsuba refuses parameters that nothing uses, and no plugin uses this one.
+    used_params = {name: value for name, value in (params or {}).items() if name != PHOTONS_BY}
+    state = mi.parser.parse_file(config, str(scene), **used_params)
     for node in state.nodes:
         if node.type == mi.ObjectType.Sampler:
             for name in list(node.props.keys()):
@@ -298,7 +314,8 @@ def load_with_stand_ins(renderer: Renderer, scene: Path, params: Params | None =
     mi.parser.transform_upgrade(config, state)
     mi.parser.transform_resolve(config, state)
     with tempfile.TemporaryDirectory(prefix="etendue-stand-ins-") as folder:
-        used = stand_ins.put_in(mi, state, scene.parent, Path(folder))
+        photons_by = parameter(scene, PHOTONS_BY, params) or "path"
+        used = stand_ins.put_in(mi, state, scene.parent, Path(folder), photons_by)
         if used:
             # Neither knows about objects made in Python.
             config.merge_equivalent = config.merge_meshes = False
@@ -322,9 +339,24 @@ def exact_tolerance(loaded: Any) -> float:
     return 4e-4 if "Gaussian" in str(loaded.sensors()[0].film().rfilter()) else 1e-4
 
 
+@contextmanager
+def _repeatable(renderer: Renderer, loaded: Any) -> Iterator[None]:
+    """Leave light tracing a single thread: several add to a pixel in another order each time."""
+    import drjit
+
+    threads = drjit.thread_count()
+    if isinstance(loaded.integrator(), renderer.mi.AdjointIntegrator):
+        drjit.set_thread_count(1)
+    try:
+        yield
+    finally:
+        drjit.set_thread_count(threads)
+
+
 def _render(renderer: Renderer, loaded: Any, samples: int, seed: int) -> NDArray[np.float32]:
-    # Further channels, after the colour, are those of aov and moment.
-    image = np.array(renderer.mi.render(loaded, spp=samples, seed=seed), dtype=np.float32)[..., :3]
+    with _repeatable(renderer, loaded):
+        # Further channels, after the colour, are those of aov and moment.
+        image = np.array(renderer.mi.render(loaded, spp=samples, seed=seed), dtype=np.float32)[..., :3]
     height, width, channels = image.shape
     if channels != 3:
         raise UserError("the film has no three colour channels: pixel_format must be rgb")

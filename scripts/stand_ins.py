@@ -10,6 +10,9 @@
   last interface: a medium that absorbs outside the glass in it is not known there, nor one with the camera in it
 - `allow_open` is left out: Mitsuba lets glass be open
 - `normals` is an emitter, `phong`, `metal` and `schlick` are BSDFs of mitsuba_bsdfs
+- `photonmapper` is `path`, which estimates without bias what photon maps estimate with some. It finds no light that a
+  mirror or glass casts from a `point`, `spot` or `directional` light: there, `ptracer` can stand in. It finds all but what
+  mirrors and glass show, which stays black
 """
 
 from collections.abc import Callable, Iterator
@@ -29,6 +32,11 @@ from user_error import UserError
 
 BSDFS = ("phong", "metal", "schlick")
 GLASS = ("dielectric", "schlick")
+
+# What may stand in for `photonmapper`, and how it is noted.
+FOR_PHOTONS = {"path": "path", "ptracer": "ptracer, which shows mirrors and glass black"}
+# What all of them have in common.
+INTEGRATOR_PARAMETERS = ("max_depth", "rr_depth", "hide_emitters")
 
 
 @dataclass
@@ -394,6 +402,7 @@ class StandIns:
             self.tree.props(emitter)["kept"] = kept
         self.tree.refer(node, "glow", emitter)
 
+<<<<<<< HEAD
     def media(self, solids: set[int]) -> bool:
         """Put a medium inside each shape whose glass absorbs, except `solids`; returns whether there is any."""
         tree, absorbing = self.tree, {}
@@ -431,12 +440,34 @@ class StandIns:
 
     def integrators(self, masks: bool, normals: bool, media: bool) -> None:
         """Replace an integrator that does not see masks or media, and refuse those that cannot show the scene."""
+=======
+    def photon_mappers(self, stand_in: str) -> None:
+        """Replace each photon mapper by an integrator without photon maps, of the same depths."""
+        tree = self.tree
+        for node in tree.every("Integrator", "photonmapper"):
+            if stand_in not in FOR_PHOTONS:
+                raise tree.error(node, f"{stand_in!r} cannot stand in for it; {' and '.join(FOR_PHOTONS)} can")
+            props = tree.props(node)
+            for name in [name for name in props if name not in INTEGRATOR_PARAMETERS]:
+                del props[name]
+            props.set_plugin_name(stand_in)
+            self.note("photonmapper", FOR_PHOTONS[stand_in])
+
+    def integrators(self, masks: bool, normals: bool) -> None:
+        """Replace an integrator that does not see through masks, and refuse those that cannot show the scene."""
+>>>>>>> refs
         tree = self.tree
         for node in list(tree.every("Integrator")):
             plugin, props = tree.plugin(node), tree.props(node)
             if normals and props.get("hide_emitters", False):
                 raise tree.error(node, "hide_emitters hides what has the bsdf normals in Mitsuba")
+<<<<<<< HEAD
             if not (masks or media) or plugin in ("volpath", "volpathmis", "moment"):
+=======
+            if normals and plugin == "ptracer":
+                raise tree.error(node, "traces no light from what stands in for the bsdf normals")
+            if not masks or plugin in ("volpath", "moment"):
+>>>>>>> refs
                 continue
             if plugin not in ("path", "direct"):
                 raise tree.error(node, "does not see the masks and media of stand-ins; path, direct and moment do")
@@ -460,10 +491,11 @@ class _Part:
     also: Test | None
 
 
-def put_in(mi: ModuleType, state: Any, beside: Path, folder: Path) -> list[str]:
+def put_in(mi: ModuleType, state: Any, beside: Path, folder: Path, for_photons: str = "path") -> list[str]:
     """Replace what Mitsuba lacks in a parsed, upgraded and resolved scene; returns what was replaced by what.
 
-    `beside` is the folder of the scene, `folder` takes meshes that Mitsuba reads when it instantiates the scene.
+    `beside` is the folder of the scene, `folder` takes meshes that Mitsuba reads when it instantiates the scene;
+    `for_photons` stands in for `photonmapper`.
     """
     tree = Tree(mi, state)
     stand_ins = StandIns(tree, beside, folder)
@@ -489,7 +521,12 @@ def put_in(mi: ModuleType, state: Any, beside: Path, folder: Path) -> list[str]:
         stand_ins.note("normals", "Python emitter on a black surface")
         tree.props(node).set_plugin_name("diffuse")
         tree.props(node)["reflectance"] = 0.0
+<<<<<<< HEAD
     stand_ins.integrators(bool(csgs), bool(normals), media)
+=======
+    stand_ins.photon_mappers(for_photons)
+    stand_ins.integrators(bool(csgs), bool(normals))
+>>>>>>> refs
     return list(stand_ins.used)
 
 

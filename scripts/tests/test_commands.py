@@ -59,6 +59,17 @@ def test_batches_differ_and_repeat(tiny: Path, renderer: ref.Renderer) -> None:
     assert np.array_equal(first, ref.render_batches(renderer, tiny, 4, 3).images)
 
 
+def test_light_tracing_repeats(tiny: Path, renderer: ref.Renderer) -> None:
+    """On one thread, and the others get their work back."""
+    import drjit
+
+    tiny.write_text(tiny.read_text().replace('type="path"', 'type="ptracer"'))
+    threads = drjit.thread_count()
+    first, again = (ref.render_batches(renderer, tiny, 256, 3).images for _ in range(2))
+    assert np.array_equal(first, again) and first.mean() > 0.1
+    assert drjit.thread_count() == threads
+
+
 def test_the_sampler_is_always_independent(tiny: Path, renderer: ref.Renderer) -> None:
     first = ref.render_batches(renderer, tiny, 5, 2).images
     text = tiny.read_text()

@@ -574,6 +574,48 @@ def test_normals_are_shown_on_both_sides_and_light_what_is_around(load: Load, re
     assert bottom[1] / bottom[0] == pytest.approx(0.9, rel=1e-3)
 
 
+# --- photon mapping -------------------------------------------------------------------------------------------------------
+
+PHOTONS = '''<integrator type="photonmapper"><integer name="max_depth" value="3"/><integer name="global_photons" value="9"/>
+<string name="direct" value="map"/></integrator>'''
+PATH = HEAD.splitlines()[1]
+BY_PTRACER = '<default name="photons_by" value="ptracer"/>'
+BALL_BY_POINT = POINT + sphere_xml(*A, '<bsdf type="diffuse"/>')
+
+
+@pytest.mark.parametrize(
+    ("before", "params", "plugin"),
+    [
+        ("", {}, "path"),
+        ("", {"photons_by": "ptracer"}, "ptracer"),
+        (BY_PTRACER, {}, "ptracer"),
+        (BY_PTRACER, {"photons_by": "path"}, "path"),
+    ],
+)
+def test_photon_mapping_is_an_integrator_of_the_same_depths(
+    load: Load, renderer: ref.Renderer, before: str, params: dict[str, str], plugin: str
+) -> None:
+    ours = load(BALL_BY_POINT, HEAD.replace(PATH, before + PHOTONS), **params)
+    theirs = load(BALL_BY_POINT, HEAD.replace(PATH, PATH.replace('"path"', f'"{plugin}"')))
+    same, other = (load(BALL_BY_POINT, HEAD.replace('"path"', f'"{name}"')) for name in ("path", "ptracer"))
+    assert str(ours.integrator()) == str(theirs.integrator())
+    assert str(same.integrator()) != str(other.integrator())
+
+
+def test_provenance_says_what_stood_in_for_photons(renderer: ref.Renderer, tiny: Path) -> None:
+    path = '"path"><integer name="max_depth" value="3"/></integrator>'
+    assert path in tiny.read_text()
+    tiny.write_text(tiny.read_text().replace(path, path.replace("path", "photonmapper")))
+    assert ref.load_with_stand_ins(renderer, tiny)[1] == ["photonmapper: path"]
+    found = ref.load_with_stand_ins(renderer, tiny, {"photons_by": "ptracer"})[1]
+    assert found == ["photonmapper: ptracer, which shows mirrors and glass black"]
+
+
+def test_the_path_tracer_for_photons_sees_through_masks(load: Load, renderer: ref.Renderer) -> None:
+    scene = load(csg_xml("union", sphere_xml(*A)), HEAD.replace(PATH, PHOTONS))
+    assert isinstance(scene.integrator(), type(renderer.mi.load_dict({"type": "volpath"})))
+
+
 # --- scenes ---------------------------------------------------------------------------------------------------------------
 
 
@@ -690,8 +732,12 @@ def test_glass_without_absorption_and_open_glass_keep_their_integrator(renderer:
 
 
 OURS = {"plane", "triangle", "kcply", "ellipsoid", "cone", "paraboloid", "hyperboloid", "quadric", "csg"}
+<<<<<<< HEAD
 OURS |= {"phong", "metal", "schlick", "normals"}
 OUR_PARAMETERS = {"absorption", "allow_open"}
+=======
+OURS |= {"phong", "metal", "schlick", "normals", "photonmapper"}
+>>>>>>> refs
 
 
 def uses_ours(scene: Path) -> bool:
@@ -746,6 +792,7 @@ def test_scenes_without_our_plugins_are_left_alone(renderer: ref.Renderer, scene
             "hide_emitters",
         ),
         ('<shape type="sphere"><bsdf type="phong"><rgb name="ambient" value="0.1"/></bsdf></shape>', "ambient"),
+<<<<<<< HEAD
         (csg_xml("union", absorbing("dielectric"), sphere_xml(*A)), "csg: in a csg, glass that absorbs"),
         (csg_xml("union", sphere_xml(*A, absorbing("schlick")), sphere_xml(*B)), "sphere: in a csg, glass that absorbs"),
         (
@@ -753,6 +800,10 @@ def test_scenes_without_our_plugins_are_left_alone(renderer: ref.Renderer, scene
             "blendbsdf: glass that absorbs inside another bsdf",
         ),
         (f'<shape type="sphere">{absorbing("dielectric")}</shape><integrator type="depth"/>', "depth: does not see the masks"),
+=======
+        ('<default name="photons_by" value="bdpt"/><integrator type="photonmapper"/>', "'bdpt' cannot stand in for it; path and"),
+        ('<shape type="sphere"><bsdf type="normals"/></shape><integrator type="ptracer"/>', "ptracer: traces no light"),
+>>>>>>> refs
     ],
 )
 def test_what_has_no_stand_in_is_one_line(renderer: ref.Renderer, tmp_path: Path, body: str, message: str) -> None:

@@ -58,6 +58,9 @@ pub struct Provenance {
     pub exact_tolerance: f64,
     /// The command that makes it again.
     pub command: String,
+    /// What took the place of what the renderer lacks.
+    #[serde(default)]
+    pub stand_ins: Vec<String>,
     /// The SHA-256 of every file the scene read, by its path from the scene's folder.
     pub files: BTreeMap<String, String>,
 }

@@ -1,0 +1,97 @@
+//! Biased images and references.
+
+use super::Reference;
+use crate::{
+    law::Finding,
+    math::luminance,
+    render::{Pass, Renderer},
+    stats::{Estimate, Moments},
+};
+
+/// Radii over the least of them, and what least squares in the radius squared makes of estimates with these at radius 0.
+pub const RADII: [(f64, f64); 3] = [(1.0, 1.0), (std::f64::consts::SQRT_2, 0.5), (2.0, -0.5)];
+
+/// How far a photon-mapped image may be from the reference: the mean of a channel over the film, and that of a quarter.
+const BOUND: f64 = 0.015;
+const BOUND_OF_QUARTER: f64 = 0.03;
+
+/// Whether a photon-mapped image is equivalent to a reference, once its radii are extrapolated to 0: the means of its
+/// channels, and the luminance of its quarters. There is one renderer for each of [`RADII`]; all of a pass use the same
+/// photons and the same samples.
+///
+/// Bias of density estimates is even in the radius; an image that has it is never put to a test of difference.
+#[must_use]
+pub fn photon_map(
+    renderers: &[Renderer; 3],
+    reference: &Reference,
+    passes: u64,
+    samples: u32,
+    seed: u64,
+) -> Vec<Finding> {
+    let without_specular = reference.provenance.shows_no_specular();
+    let mut means = [Moments::default(); 7];
+    for number in 0..passes {
+        let mut sums = [0.0; 7];
+        for (renderer, (_, weight)) in renderers.iter().zip(RADII) {
+            let pixels = pixels(renderer, Pass { seed, number, samples }, without_specular);
+            sums.iter_mut().zip(summary(&pixels, reference.width)).for_each(|(sum, mean)| *sum += weight * mean);
+        }
+        means.iter_mut().zip(sums).for_each(|(moments, sum)| moments.push(sum));
+    }
+    let expected = summary(&reference.pixels, reference.width);
+    let finding = |i: usize| {
+        let ours = Estimate::from_moments(&means[i]).expect("there are two passes or more");
+        let reference = Estimate { mean: expected[i], variance_of_mean: variance(reference, i), dof: f64::INFINITY };
+        let bound = if i < 3 { BOUND } else { BOUND_OF_QUARTER };
+        Finding::equivalent(NAMES[i], &ours, &reference, bound)
+    };
+    (0..NAMES.len()).map(finding).collect()
+}
+
+const NAMES: [&str; 7] = ["red", "green", "blue", "upper left", "upper right", "lower left", "lower right"];
+
+/// The pixels of an image, without what is seen in mirrors and glass if the reference lacks it.
+fn pixels(renderer: &Renderer, pass: Pass, without_specular: bool) -> Vec<[f64; 3]> {
+    let image = renderer.render(pass, &|_| {}).image();
+    let beauty = image.rgb(["R", "G", "B"]).expect("every image has R, G and B");
+    let specular = image.rgb(["specular.R", "specular.G", "specular.B"]).expect("a photon mapper shows its parts");
+    let rest = |(all, specular): (&[f32; 3], &[f32; 3])| [0, 1, 2].map(|c| f64::from(all[c]) - f64::from(specular[c]));
+    if without_specular {
+        return beauty.iter().zip(&specular).map(rest).collect();
+    }
+    beauty.iter().map(|pixel| pixel.map(f64::from)).collect()
+}
+
+/// Which of the means a pixel counts in beside those of the channels.
+fn quarter(pixel: usize, width: usize, count: usize) -> usize {
+    let (x, y) = (pixel % width, pixel / width);
+    3 + usize::from(2 * x >= width) + 2 * usize::from(2 * y >= count / width)
+}
+
+/// The means of the channels over all pixels, and those of the luminance over the quarters.
+fn summary(pixels: &[[f64; 3]], width: usize) -> [f64; 7] {
+    let mut sums = [0.0; 7];
+    let n = pixels.len() as f64;
+    for (i, pixel) in pixels.iter().enumerate() {
+        (0..3).for_each(|c| sums[c] += pixel[c] / n);
+        sums[quarter(i, width, pixels.len())] += 4.0 * luminance((*pixel).into()) / n;
+    }
+    sums
+}
+
+/// The variance of one of these means of the reference, whose pixels are independent.
+fn variance(reference: &Reference, which: usize) -> f64 {
+    let n = reference.pixels.len() as f64;
+    let weights = luminance_weights();
+    let of_pixel = |(i, errors): (usize, &[f64; 3])| match which {
+        0..3 => errors[which].powi(2),
+        _ if quarter(i, reference.width, reference.pixels.len()) != which => 0.0,
+        // The channels of a path go together.
+        _ => 16.0 * (0..3).map(|c| weights[c] * errors[c]).sum::<f64>().powi(2),
+    };
+    reference.std_errors.iter().enumerate().map(of_pixel).sum::<f64>() / (n * n)
+}
+
+fn luminance_weights() -> [f64; 3] {
+    [glam::DVec3::X, glam::DVec3::Y, glam::DVec3::Z].map(luminance)
+}
