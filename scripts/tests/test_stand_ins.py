@@ -732,12 +732,8 @@ def test_glass_without_absorption_and_open_glass_keep_their_integrator(renderer:
 
 
 OURS = {"plane", "triangle", "kcply", "ellipsoid", "cone", "paraboloid", "hyperboloid", "quadric", "csg"}
-<<<<<<< HEAD
-OURS |= {"phong", "metal", "schlick", "normals"}
-OUR_PARAMETERS = {"absorption", "allow_open"}
-=======
 OURS |= {"phong", "metal", "schlick", "normals", "photonmapper"}
->>>>>>> refs
+OUR_PARAMETERS = {"absorption", "allow_open"}
 
 
 def uses_ours(scene: Path) -> bool:
@@ -792,7 +788,6 @@ def test_scenes_without_our_plugins_are_left_alone(renderer: ref.Renderer, scene
             "hide_emitters",
         ),
         ('<shape type="sphere"><bsdf type="phong"><rgb name="ambient" value="0.1"/></bsdf></shape>', "ambient"),
-<<<<<<< HEAD
         (csg_xml("union", absorbing("dielectric"), sphere_xml(*A)), "csg: in a csg, glass that absorbs"),
         (csg_xml("union", sphere_xml(*A, absorbing("schlick")), sphere_xml(*B)), "sphere: in a csg, glass that absorbs"),
         (
@@ -800,10 +795,8 @@ def test_scenes_without_our_plugins_are_left_alone(renderer: ref.Renderer, scene
             "blendbsdf: glass that absorbs inside another bsdf",
         ),
         (f'<shape type="sphere">{absorbing("dielectric")}</shape><integrator type="depth"/>', "depth: does not see the masks"),
-=======
         ('<default name="photons_by" value="bdpt"/><integrator type="photonmapper"/>', "'bdpt' cannot stand in for it; path and"),
         ('<shape type="sphere"><bsdf type="normals"/></shape><integrator type="ptracer"/>', "ptracer: traces no light"),
->>>>>>> refs
     ],
 )
 def test_what_has_no_stand_in_is_one_line(renderer: ref.Renderer, tmp_path: Path, body: str, message: str) -> None:

@@ -5,18 +5,15 @@ use crate::{
     law::Finding,
     math::luminance,
     render::{Pass, Renderer},
-    stats::{Estimate, Moments},
+    stats::{Estimate, Moments, equivalence::TO_RADIUS_ZERO},
 };
-
-/// Radii over the least of them, and what least squares in the radius squared makes of estimates with these at radius 0.
-pub const RADII: [(f64, f64); 3] = [(1.0, 1.0), (std::f64::consts::SQRT_2, 0.5), (2.0, -0.5)];
 
 /// How far a photon-mapped image may be from the reference: the mean of a channel over the film, and that of a quarter.
 const BOUND: f64 = 0.015;
 const BOUND_OF_QUARTER: f64 = 0.03;
 
 /// Whether a photon-mapped image is equivalent to a reference, once its radii are extrapolated to 0: the means of its
-/// channels, and the luminance of its quarters. There is one renderer for each of [`RADII`]; all of a pass use the same
+/// channels, and the luminance of its quarters. There is one renderer for each of [`TO_RADIUS_ZERO`]; all of a pass use the same
 /// photons and the same samples.
 ///
 /// Bias of density estimates is even in the radius; an image that has it is never put to a test of difference.
@@ -32,7 +29,7 @@ pub fn photon_map(
     let mut means = [Moments::default(); 7];
     for number in 0..passes {
         let mut sums = [0.0; 7];
-        for (renderer, (_, weight)) in renderers.iter().zip(RADII) {
+        for (renderer, (_, weight)) in renderers.iter().zip(TO_RADIUS_ZERO) {
             let pixels = pixels(renderer, Pass { seed, number, samples }, without_specular);
             sums.iter_mut().zip(summary(&pixels, reference.width)).for_each(|(sum, mean)| *sum += weight * mean);
         }

@@ -65,6 +65,14 @@ pub struct Provenance {
     pub files: BTreeMap<String, String>,
 }
 
+impl Provenance {
+    /// Whether its renderer followed light from its source, and so shows mirrors and glass black.
+    #[must_use]
+    pub fn shows_no_specular(&self) -> bool {
+        self.stand_ins.iter().any(|stand_in| stand_in.starts_with("photonmapper: ptracer"))
+    }
+}
+
 /// Why a reference cannot be used; one line.
 #[derive(Debug, thiserror::Error)]
 pub enum ReferenceError {

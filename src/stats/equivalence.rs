@@ -21,6 +21,10 @@ pub struct Equivalence {
 /// The chance to call means equivalent that differ by the bound.
 pub const LEVEL: f64 = 0.01;
 
+/// Three radii over the least of them, and the weights with which estimates at these give the intercept of a least squares
+/// line in the radius squared: an estimate without the leading term of a bias that is even in the radius.
+pub const TO_RADIUS_ZERO: [(f64, f64); 3] = [(1.0, 1.0), (std::f64::consts::SQRT_2, 0.5), (2.0, -0.5)];
+
 impl Equivalence {
     /// Tests `ours` against `reference`, which may differ by `bound`.
     ///
@@ -72,6 +76,12 @@ mod tests {
         let (equal, power) = accepted(0.0, trials);
         assert!((equal - power).abs() < 0.03 && power > 0.7, "{equal}, said {power}");
         assert_eq!(accepted(1.5, 200).0, 0.0);
+    }
+
+    #[test]
+    fn parabolas_are_extrapolated_exactly() {
+        let at_zero: f64 = TO_RADIUS_ZERO.iter().map(|(r, weight)| weight * (3.0 - 0.7 * r * r)).sum();
+        assert!((at_zero - 3.0).abs() < 1e-12, "{at_zero}");
     }
 
     #[test]

@@ -7,7 +7,7 @@ use crate::{
     integrator::Overrides,
     law::{Effort, Finding, Law},
     node::xml,
-    stats::{Estimate, Moments},
+    stats::{Estimate, Moments, equivalence::TO_RADIUS_ZERO},
     transport::PathClass,
 };
 
@@ -148,9 +148,6 @@ fn quarters(renderer: &Renderer, seed: u64, passes: u64) -> [Moments; 4] {
     moments
 }
 
-/// Radii over the least of them, and what least squares in the radius squared makes of estimates with these at radius 0.
-const RADII: [(f64, f64); 3] = [(1.0, 1.0), (std::f64::consts::SQRT_2, 0.5), (2.0, -0.5)];
-
 /// The parts of a photon-mapped image, each the mean over the film, extrapolated to radius 0, over passes; the sum last.
 fn extrapolated(make: impl Fn(Given<'_>) -> Renderer, least: f64, samples: u32, passes: u64) -> [Moments; 5] {
     let at_radius = |(scale, weight): (f64, f64)| {
@@ -159,7 +156,7 @@ fn extrapolated(make: impl Fn(Given<'_>) -> Renderer, least: f64, samples: u32, 
             make(&[("lookup_size", "0"), ("global_lookup_radius", &radius), ("caustic_lookup_radius", &radius)]);
         (renderer, weight)
     };
-    let renderers = RADII.map(at_radius);
+    let renderers = TO_RADIUS_ZERO.map(at_radius);
     let mut moments = [Moments::default(); 5];
     for number in 0..passes {
         let mut sums = [0.0; 5];
