@@ -15,8 +15,16 @@ ROOT = Path(__file__).resolve().parent.parent
 FIGURES = ROOT / "assets" / "scenes" / "figures"
 GALLERY = ROOT / "reports" / "gallery"
 
-# Pictures beside the one of each scene as it is: options of `etendue render`, by the suffix of their names.
-VARIANTS = {"figure-7-shadows": {"-transparent": ["--param", "transparent_shadows=true"]}}
+# Options of `etendue render`, by picture: those of each scene as it is, and of further pictures by the suffix of their names.
+PHOTONS = ["--integrator", "photonmapper"]
+MAP = ["--param", "raw_estimate=true", "--param", "kernel=constant", "--param", "lookup_size=20", "--layer", "raw"]
+SMALL_LAMP = ["-D", "lamp=0.12", "-D", "radiance=115, 101, 82", "--param", "caustic_photons=4000000"]
+OPTIONS = {
+    "figure-7-shadows": {"": [], "-transparent": ["--param", "transparent_shadows=true"]},
+    "figure-8-photons": {"": [*PHOTONS, *MAP], "-rendered": PHOTONS},
+    "figure-9-caustic": {"": [*PHOTONS, *SMALL_LAMP], "-map": [*PHOTONS, *SMALL_LAMP, "--layer", "caustic"]},
+    "figure-10-cognac": {"": [*PHOTONS, "--param", "caustic_photons=4000000"]},
+}
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -30,7 +38,7 @@ def pictures() -> dict[str, tuple[Path, list[str]]]:
     """Scene and options of each picture, by its name."""
     found = {}
     for scene in sorted(FIGURES.glob("*.xml")):
-        for suffix, options in {"": [], **VARIANTS.get(scene.stem, {})}.items():
+        for suffix, options in OPTIONS.get(scene.stem, {"": []}).items():
             found[scene.stem + suffix] = (scene, options)
     return found
 
@@ -46,7 +54,9 @@ def render(name: str, scene: Path, options: list[str], arguments: argparse.Names
         image = Path(folder) / f"{name}.exr"
         film = size(scene, arguments.scale)
         program = ["cargo", "run", "--release", "--quiet", "--", "render", str(scene), "-o", str(image), "--png"]
-        subprocess.run([*program, "--spp", str(arguments.spp), *film, *options], check=True, cwd=ROOT)
+        # A sample of photon mapping costs more, and shows more.
+        spp = arguments.spp // 4 if options[:2] == PHOTONS else arguments.spp
+        subprocess.run([*program, "--spp", str(spp), *film, *options], check=True, cwd=ROOT)
         GALLERY.mkdir(parents=True, exist_ok=True)
         (GALLERY / f"{name}.png").write_bytes(image.with_suffix(".png").read_bytes())
 

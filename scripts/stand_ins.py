@@ -402,7 +402,6 @@ class StandIns:
             self.tree.props(emitter)["kept"] = kept
         self.tree.refer(node, "glow", emitter)
 
-<<<<<<< HEAD
     def media(self, solids: set[int]) -> bool:
         """Put a medium inside each shape whose glass absorbs, except `solids`; returns whether there is any."""
         tree, absorbing = self.tree, {}
@@ -438,9 +437,6 @@ class StandIns:
             if self.tree.take(node, "allow_open", None) is not None:
                 self.note("allow_open", "nothing")
 
-    def integrators(self, masks: bool, normals: bool, media: bool) -> None:
-        """Replace an integrator that does not see masks or media, and refuse those that cannot show the scene."""
-=======
     def photon_mappers(self, stand_in: str) -> None:
         """Replace each photon mapper by an integrator without photon maps, of the same depths."""
         tree = self.tree
@@ -453,21 +449,16 @@ class StandIns:
             props.set_plugin_name(stand_in)
             self.note("photonmapper", FOR_PHOTONS[stand_in])
 
-    def integrators(self, masks: bool, normals: bool) -> None:
-        """Replace an integrator that does not see through masks, and refuse those that cannot show the scene."""
->>>>>>> refs
+    def integrators(self, masks: bool, normals: bool, media: bool) -> None:
+        """Replace an integrator that does not see masks or media, and refuse those that cannot show the scene."""
         tree = self.tree
         for node in list(tree.every("Integrator")):
             plugin, props = tree.plugin(node), tree.props(node)
             if normals and props.get("hide_emitters", False):
                 raise tree.error(node, "hide_emitters hides what has the bsdf normals in Mitsuba")
-<<<<<<< HEAD
-            if not (masks or media) or plugin in ("volpath", "volpathmis", "moment"):
-=======
             if normals and plugin == "ptracer":
                 raise tree.error(node, "traces no light from what stands in for the bsdf normals")
-            if not masks or plugin in ("volpath", "moment"):
->>>>>>> refs
+            if not (masks or media) or plugin in ("volpath", "volpathmis", "moment"):
                 continue
             if plugin not in ("path", "direct"):
                 raise tree.error(node, "does not see the masks and media of stand-ins; path, direct and moment do")
@@ -521,12 +512,8 @@ def put_in(mi: ModuleType, state: Any, beside: Path, folder: Path, for_photons: 
         stand_ins.note("normals", "Python emitter on a black surface")
         tree.props(node).set_plugin_name("diffuse")
         tree.props(node)["reflectance"] = 0.0
-<<<<<<< HEAD
-    stand_ins.integrators(bool(csgs), bool(normals), media)
-=======
     stand_ins.photon_mappers(for_photons)
-    stand_ins.integrators(bool(csgs), bool(normals))
->>>>>>> refs
+    stand_ins.integrators(bool(csgs), bool(normals), media)
     return list(stand_ins.used)
 
 

@@ -8,7 +8,7 @@ use std::{
 use anyhow::Context as _;
 use clap::Args;
 use etendue::{
-    film::{Image, exr, picture, splats},
+    film::{Image, LayerSpec, exr, picture, splats},
     integrator::{Model as _, Overrides},
     node::{Document, xml},
     provenance,
@@ -33,6 +33,9 @@ pub(crate) struct Render {
     /// Also write a tone-mapped picture beside the image.
     #[arg(long)]
     png: bool,
+    /// Show this layer in the picture instead of the image, such as caustic or raw of a photon mapper.
+    #[arg(long, value_name = "NAME", requires = "png")]
+    layer: Option<String>,
     /// The exposure of the picture in stops [default: automatic].
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, requires = "png", value_parser = stops)]
     exposure: Option<f64>,
@@ -102,7 +105,7 @@ impl Render {
         if let Some(at) = self.replay {
             return replay(&renderer, pass, at);
         }
-        let outputs = self.outputs()?;
+        let outputs = self.outputs(&renderer)?;
         let mut attributes = self.attributes(&document, &renderer, pass)?;
         let pool = super::threads(self.source.threads)?;
         let start = Instant::now();
@@ -114,11 +117,21 @@ impl Render {
     }
 
     /// The files to write, which can be written as far as can be told before the work.
-    fn outputs(&self) -> anyhow::Result<Outputs> {
+    fn outputs(&self, renderer: &Renderer) -> anyhow::Result<Outputs> {
         let exr = self.output.clone().expect("clap asks for it");
         let is_exr = exr.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
         anyhow::ensure!(is_exr, "{}: images are OpenEXR files; give it a name that ends in .exr", exr.display());
         let png = self.png.then(|| exr.with_extension("png"));
+        if let Some(layer) = &self.layer {
+            let known = renderer.film().layers;
+            let is_colour = |spec: &&LayerSpec| spec.channels == ["R", "G", "B"] && !spec.name.is_empty();
+            let names: Vec<_> = known.iter().filter(is_colour).map(|spec| spec.name.as_str()).collect();
+            anyhow::ensure!(
+                names.contains(&layer.as_str()),
+                "--layer {layer}: the image has no such layer of colours; it has: {}",
+                if names.is_empty() { "none".into() } else { names.join(", ") }
+            );
+        }
         for file in [Some(&exr), png.as_ref()].into_iter().flatten() {
             check_writable(file)?;
         }
@@ -149,7 +162,9 @@ impl Render {
     fn write(&self, outputs: &Outputs, image: &Image) -> anyhow::Result<()> {
         exr::write(&outputs.exr, image)?;
         if let Some(png) = &outputs.png {
-            let pixels = image.rgb(["R", "G", "B"]).expect("every image has R, G and B");
+            let prefix = self.layer.as_ref().map_or(String::new(), |layer| format!("{layer}."));
+            let names = ["R", "G", "B"].map(|channel| format!("{prefix}{channel}"));
+            let pixels = image.rgb(names.each_ref().map(String::as_str)).expect("outputs were checked");
             let exposure = self.exposure.unwrap_or_else(|| picture::automatic_exposure(&pixels));
             let picture = picture::tone_mapped(image.crop.width, &pixels, exposure);
             picture::write_png(png, &picture)?;
