@@ -86,6 +86,12 @@ impl Photon {
         self.field(DEPTH_AT, DEPTH_BITS) as u32
     }
 
+    /// Surfaces that it had met before.
+    #[must_use]
+    pub fn bounces(&self) -> u32 {
+        self.depth() - 1
+    }
+
     /// What the eye would see if it saw where the photon arrived.
     #[inline]
     #[must_use]

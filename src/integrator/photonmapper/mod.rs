@@ -14,7 +14,7 @@ use crate::{
     film::LayerSpec,
     math::{PerSolidAngle, Ray, Rgb},
     node::{Category, Described, Params, Plugin, SceneError},
-    photon::{Lookup, Map, Photon, Shade, Site},
+    photon::{Aim, Harvest, Lookup, Map, Photon, Shade, Site},
     sampler::{Numbers as _, PathNumbers},
     scene::{Scene, Vertex},
     transport::{FromEye, Junction, PathClass, power_heuristic, survival},
@@ -67,6 +67,15 @@ impl Described for PhotonMapper {
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
         Ok(Self { settings: Settings::read(params)?, maps: None })
+    }
+}
+
+impl PhotonMapper {
+    /// Emits the photons of one of its maps: those with which it renders a pass. None if it is the map of caustics and
+    /// nothing in the scene casts any.
+    #[must_use]
+    pub fn harvest(&self, scene: &Scene, aim: Aim, seed: u64, pass: u64) -> Option<Harvest> {
+        self.settings.harvest(scene, aim, seed, pass)
     }
 }
 
