@@ -113,7 +113,9 @@ impl Harvest {
         let emitted = self.emitted;
         self.photons.is_empty().then(|| match aim {
             Aim::Everywhere => {
-                format!("none of {emitted} photons met a surface that could keep it: there is no light in the global map")
+                format!(
+                    "none of {emitted} photons met a surface that could keep it: there is no light in the global map"
+                )
             }
             Aim::Specular => {
                 format!("none of {emitted} photons was cast on a surface by mirrors or glass: no caustics")
