@@ -100,7 +100,8 @@ impl Map {
     pub fn gather(&self, site: &Site, lookup: &Lookup, mut show: impl FnMut(&Photon, f64)) {
         let Some(tree) = &self.tree else { return };
         let point = site.p.as_vec3().to_array();
-        let cap = (lookup.radius * lookup.radius) as f32;
+        // Distances are in f32, which have neither arbitrarily small nor arbitrarily great squares.
+        let cap = ((lookup.radius * lookup.radius) as f32).clamp(f32::MIN_POSITIVE, f32::MAX);
         let query = tree.query(&point);
         match lookup.nearest {
             None => {
@@ -126,6 +127,9 @@ impl Map {
     }
 }
 
+/// Rounding may put a point of a border outside of it, where next to nothing of a kernel is left.
+const LEAST_MASS: f64 = 1e-3;
+
 /// What photons count at a place, for a radius.
 struct Share<'s> {
     site: &'s Site,
@@ -147,7 +151,8 @@ impl<'s> Share<'s> {
         }
         let (site, radius) = (self.site, self.radius_squared.sqrt());
         let mass = *self.mass.get_or_insert_with(|| {
-            site.polygon.map_or(1.0, |polygon| mass_within(self.kernel, &polygon, site.p, radius))
+            let mass = site.polygon.map_or(1.0, |polygon| mass_within(self.kernel, &polygon, site.p, radius));
+            mass.max(LEAST_MASS)
         });
         show(photon, self.kernel.density(f64::from(distance_squared), self.radius_squared) / mass);
     }
