@@ -79,6 +79,9 @@ impl PhotonMapper {
     }
 }
 
+const MOST_POWER: f64 = 1e34;
+const LEAST_POWER: f64 = 1e-24;
+
 /// The four parts of what a path shows.
 #[derive(Default)]
 struct Parts([Rgb; 4]);
@@ -98,6 +101,13 @@ impl Model for PhotonMapper {
     fn check(&self, scene: &Scene) -> Result<(), String> {
         if !scene.has_smooth() {
             return Err("no surface can keep a photon, for all scatter into single directions".into());
+        }
+        // Photons hold their power in f32.
+        if scene.power() > MOST_POWER || scene.power() > 0.0 && scene.power() < LEAST_POWER {
+            let power = scene.power();
+            return Err(format!(
+                "its lights emit {power:.3e} W, and photons are made for {LEAST_POWER:e} to {MOST_POWER:e} W in all"
+            ));
         }
         scene.check_emission()
     }
