@@ -3,6 +3,7 @@
 mod area;
 mod constant;
 mod directional;
+pub mod laws;
 mod point;
 mod spot;
 

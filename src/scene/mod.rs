@@ -1,6 +1,7 @@
 //! From a scene file to a scene that rays can meet.
 
 mod build;
+pub mod laws;
 
 use glam::{DVec2, DVec3};
 
