@@ -23,7 +23,7 @@ impl Described for Area {
         summary: "Makes the shape it stands in a light, on the side of its normal.",
         params: &[Param::new("radiance", Kind::Texture, "1", "its radiance in W/(m² sr)").within(Range::LIGHT)],
         examples: &[r#"<emitter type="area"><rgb name="radiance" value="5, 4, 3"/></emitter>"#],
-        evidence: &["radiometry/polygon-light", "radiometry/disk-light", "radiometry/sphere-light"],
+        evidence: &["emitter/*", "radiometry/polygon-light", "radiometry/disk-light", "radiometry/sphere-light"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

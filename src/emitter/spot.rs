@@ -45,7 +45,7 @@ impl Described for Spot {
             r#"<emitter type="spot"><rgb name="intensity" value="30, 20, 10"/><float name="cutoff_angle" value="25"/>
                 <transform name="to_world"><lookat origin="1, 2, -1" target="0, 0, 0"/></transform></emitter>"#,
         ],
-        evidence: &["radiometry/spot", "reference/materials"],
+        evidence: &["emitter/*", "radiometry/spot", "reference/materials"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
