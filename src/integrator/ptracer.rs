@@ -48,9 +48,7 @@ impl ParticleTracer {
         }
         let surface = &arrival.vertex.surface;
         let sight = scene.sensor.camera.see(surface.p, numbers.next_2d())?;
-        if scene.sensor.film.seen_by(sight.film).next().is_none() {
-            return None;
-        }
+        scene.sensor.film.seen_by(sight.film).next()?;
         let wo = surface.shading.to_local(sight.direction);
         let scattered = arrival.bsdf.eval_cos(&arrival.query, wo);
         if scattered == Rgb::ZERO || self.is_hidden(scene, &sight.ray) {
