@@ -98,28 +98,32 @@ fn crossed(emission: &Emission) -> [bool; 3] {
     })
 }
 
+/// Which of the balls light goes through, in words.
+type Way = (&'static str, fn([bool; 3]) -> bool);
+
+const WAYS: [Way; 4] = [
+    ("any ball", |through| through.contains(&true)),
+    ("both of two", |through| through[0] && through[1]),
+    ("the second alone", |through| through == [false, true, false]),
+    ("the third", |through| through[2]),
+];
+
 fn aim(effort: Effort) -> Vec<Finding> {
     let alone = LIGHTS.iter().map(|(name, light)| ((*name).to_owned(), vec![*light]));
     let together = ("all".to_owned(), LIGHTS.map(|(_, light)| light).to_vec());
     let mut findings = Vec::new();
     for (number, (name, lights)) in alone.chain([together]).enumerate() {
         let (scene, mut stream) = (scene(&lights), Stream::at(&[75, number as u64]));
-        let ways: [(&str, fn([bool; 3]) -> bool); 4] = [
-            ("any ball", |through| through.contains(&true)),
-            ("both of two", |through| through[0] && through[1]),
-            ("the second alone", |through| through == [false, true, false]),
-            ("the third", |through| through[2]),
-        ];
-        let mut sums = ways.map(|_| [[Moments::default(); 3]; 2]);
+        let mut sums = WAYS.map(|_| [[Moments::default(); 3]; 2]);
         for _ in 0..effort.samples(40_000) {
             let emitted = scene.emit(&mut stream).map(|(emission, _)| emission);
             for (i, emission) in [emitted, scene.emit_at_specular(&mut stream)].into_iter().enumerate() {
-                for ((_, way), sums) in ways.iter().zip(&mut sums) {
+                for ((_, way), sums) in WAYS.iter().zip(&mut sums) {
                     push(&mut sums[i], emission.filter(|e| way(crossed(e))).map_or(Rgb::ZERO, |e| e.flux));
                 }
             }
         }
-        for ((way, _), [all, aimed]) in ways.iter().zip(&sums) {
+        for ((way, _), [all, aimed]) in WAYS.iter().zip(&sums) {
             for (channel, (all, aimed)) in ["R", "G", "B"].iter().zip(all.iter().zip(aimed)) {
                 findings.push(Finding::equal_means(format!("{name}, {way}, {channel}"), all, aimed));
             }
