@@ -11,13 +11,13 @@ use rayon::prelude::*;
 use crate::{
     bsdf,
     comparison::{self, Comparison, ComparisonError, Reference, ReferenceError, Side, equivalence},
-    film,
+    emitter, film,
     integrator::{self, Integrator, Model as _, Overrides},
     law::{Effort, Finding, Law, Measured, judge, level_of_each},
     node::{SceneError, xml},
     photon, provenance,
     render::{self, Pass, Renderer},
-    sampler, sensor, shape,
+    sampler, scene, sensor, shape,
     stats::{Outcome, Verdict, binomial, equivalence::TO_RADIUS_ZERO},
 };
 
@@ -31,9 +31,11 @@ pub fn laws() -> impl Iterator<Item = &'static Law> {
         shape::laws::csg::LAWS,
         shape::mesh::laws::LAWS,
         bsdf::laws::LAWS,
+        emitter::laws::LAWS,
         sampler::laws::LAWS,
         film::laws::LAWS,
         sensor::laws::LAWS,
+        scene::laws::LAWS,
         photon::laws::LAWS,
         integrator::laws::lights::LAWS,
         integrator::laws::rooms::LAWS,

@@ -1,13 +1,16 @@
 //! The command line.
 
 mod compare;
+mod photons;
 mod plugins;
 mod render;
+mod source;
 mod verify;
 
 use std::{
     fmt::Display,
     io::{self, Write as _},
+    path::Path,
     process::ExitCode,
 };
 
@@ -37,6 +40,8 @@ enum Command {
     #[command(after_help = AFTER_HELP)]
     Render(render::Render),
     #[command(after_help = AFTER_HELP)]
+    Photons(photons::Photons),
+    #[command(after_help = AFTER_HELP)]
     Compare(compare::Compare),
     #[command(after_help = AFTER_HELP)]
     Verify(verify::Verify),
@@ -48,6 +53,7 @@ impl Cli {
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
         match self.command {
             Command::Render(command) => command.run(),
+            Command::Photons(command) => command.run(),
             Command::Compare(command) => command.run(),
             Command::Verify(command) => command.run(),
             Command::Plugins(command) => command.run(),
@@ -61,6 +67,18 @@ pub(crate) fn say(line: impl Display) -> anyhow::Result<()> {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         written => written.context("stdout"),
     }
+}
+
+/// Tells what may make a result other than it was meant.
+fn warn(warnings: &[String]) {
+    warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+}
+
+/// Finds out before the work whether its result can be kept.
+fn check_writable(output: &Path) -> anyhow::Result<()> {
+    let folder = output.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    anyhow::ensure!(!output.is_dir(), "{}: is a folder", output.display());
+    tempfile::tempfile_in(folder).map(drop).with_context(|| format!("{}: cannot be written", output.display()))
 }
 
 /// So many threads, or as many as there are cores.

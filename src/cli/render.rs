@@ -1,23 +1,17 @@
-use std::{
-    io::IsTerminal as _,
-    path::{Path, PathBuf},
-    process::ExitCode,
-    time::Instant,
-};
+use std::{io::IsTerminal as _, path::PathBuf, process::ExitCode, time::Instant};
 
-use anyhow::Context as _;
 use clap::Args;
 use etendue::{
     film::{Image, LayerSpec, exr, picture, splats},
-    integrator::{Model as _, Overrides},
-    node::{Document, xml},
+    integrator::Model as _,
+    node::Document,
     provenance,
     render::{Pass, Renderer},
     sampler::Model as _,
 };
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::say;
+use super::{check_writable, say, source::Source};
 
 /// Renders a scene into an OpenEXR file.
 ///
@@ -27,6 +21,12 @@ use super::say;
 pub(crate) struct Render {
     #[command(flatten)]
     source: Source,
+    /// Replace the scene's integrator, keeping what parameters both have, such as max_depth and rr_depth.
+    #[arg(long, value_name = "NAME")]
+    integrator: Option<String>,
+    /// Samples per pixel [default: the scene's sample_count].
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
+    spp: Option<u32>,
     /// The image to write.
     #[arg(short, long, value_name = "OUT.exr", required_unless_present = "replay")]
     output: Option<PathBuf>,
@@ -44,41 +44,6 @@ pub(crate) struct Render {
     replay: Option<[u32; 3]>,
 }
 
-/// What to render and how.
-#[derive(Debug, Args)]
-struct Source {
-    /// The scene, in Mitsuba 3's XML.
-    #[arg(value_name = "SCENE.xml")]
-    scene: PathBuf,
-    /// Set a $parameter of the scene.
-    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = definition)]
-    define: Vec<(String, String)>,
-    /// Replace the scene's integrator, keeping what parameters both have, such as max_depth and rr_depth.
-    #[arg(long, value_name = "NAME")]
-    integrator: Option<String>,
-    /// Set a parameter of the integrator.
-    #[arg(long, value_name = "NAME=VALUE", value_parser = definition)]
-    param: Vec<(String, String)>,
-    /// Samples per pixel [default: the scene's sample_count].
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
-    spp: Option<u32>,
-    /// The seed [default: the sampler's, or 0].
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole)]
-    seed: Option<u64>,
-    /// Threads [default: one per core]. The image does not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
-}
-
-fn definition(text: &str) -> Result<(String, String), String> {
-    let (name, value) = text.split_once('=').ok_or("write it as name=value")?;
-    Ok((name.to_owned(), value.to_owned()))
-}
-
-fn whole(text: &str) -> Result<u64, String> {
-    text.parse().map_err(|_| format!("write a whole number from 0 to {}", u64::MAX))
-}
-
 fn stops(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|stops: &f64| stops.is_finite()).ok_or_else(|| "write a number like -1.5".into())
 }
@@ -90,24 +55,16 @@ fn address(text: &str) -> Result<[u32; 3], String> {
 
 impl Render {
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
-        let document = xml::read(&self.source.scene, &self.source.define)?;
-        let overrides = Overrides { name: self.source.integrator.clone(), params: self.source.param.clone() };
-        let renderer = Renderer::new(&document, &overrides)?;
-        for warning in renderer.warnings() {
-            eprintln!("warning: {warning}");
-        }
-        let sampler = &renderer.scene.sensor.sampler;
-        let pass = Pass {
-            seed: self.source.seed.unwrap_or(sampler.seed()),
-            number: 0,
-            samples: self.source.spp.unwrap_or(sampler.sample_count()),
-        };
+        let document = self.source.read()?;
+        let renderer = self.source.renderer(&document, self.integrator.clone())?;
+        let samples = self.spp.unwrap_or(renderer.scene.sensor.sampler.sample_count());
+        let pass = Pass { seed: self.source.seed(&renderer.scene), number: 0, samples };
         if let Some(at) = self.replay {
             return replay(&renderer, pass, at);
         }
         let outputs = self.outputs(&renderer)?;
         let mut attributes = self.attributes(&document, &renderer, pass)?;
-        let pool = super::threads(self.source.threads)?;
+        let pool = self.source.threads()?;
         let start = Instant::now();
         let mut image = pool.install(|| gather(&renderer, pass));
         attributes.push(("etendue.seconds".into(), format!("{:.3}", start.elapsed().as_secs_f64())));
@@ -144,14 +101,12 @@ impl Render {
         renderer: &Renderer,
         pass: Pass,
     ) -> anyhow::Result<Vec<(String, String)>> {
-        let params: Vec<_> =
-            self.source.param.iter().chain(&self.source.define).map(|(n, v)| format!("{n}={v}")).collect();
         let attributes = [
             ("etendue.version", provenance::version()),
-            ("etendue.scene", self.source.scene.display().to_string()),
+            ("etendue.scene", self.source.scene().display().to_string()),
             ("etendue.scene_sha256", provenance::scene_hash(document)?),
             ("etendue.integrator", renderer.integrator.plugin().name.into()),
-            ("etendue.parameters", params.join(" ")),
+            ("etendue.parameters", self.source.parameters()),
             ("etendue.spp", pass.samples.to_string()),
             ("etendue.seed", pass.seed.to_string()),
         ];
@@ -179,13 +134,6 @@ struct Outputs {
     png: Option<PathBuf>,
 }
 
-/// Finds out before the work whether its result can be kept.
-fn check_writable(output: &Path) -> anyhow::Result<()> {
-    let folder = output.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    anyhow::ensure!(!output.is_dir(), "{}: is a folder", output.display());
-    tempfile::tempfile_in(folder).map(drop).with_context(|| format!("{}: cannot be written", output.display()))
-}
-
 /// Renders with a progress bar, which is silent when nobody watches.
 fn gather(renderer: &Renderer, pass: Pass) -> Image {
     let crop = renderer.scene.sensor.film.rendered();
@@ -198,7 +146,7 @@ fn gather(renderer: &Renderer, pass: Pass) -> Image {
     bar.finish_and_clear();
     let notes = rendering.notes();
     notes.facts.iter().for_each(|fact| eprintln!("{fact}"));
-    notes.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    super::warn(&notes.warnings);
     film.image()
 }
 
@@ -213,7 +161,9 @@ fn replay(renderer: &Renderer, pass: Pass, [x, y, sample]: [u32; 3]) -> anyhow::
     anyhow::ensure!(sample < pass.samples, "sample {sample} is not among the {} of a pixel", pass.samples);
     let mut values = vec![0.0; renderer.film().stride()];
     let mut path = splats::Path::default();
-    let radiance = renderer.begin(pass).sample((x, y), sample, &mut values, &mut path);
+    let rendering = renderer.begin(pass);
+    super::warn(&rendering.notes().warnings);
+    let radiance = rendering.sample((x, y), sample, &mut values, &mut path);
     say(format_args!("{:?} {:?} {:?}", radiance.x, radiance.y, radiance.z))?;
     for ((x, y), value) in path.pixels() {
         say(format_args!("splat {x},{y}: {:?} {:?} {:?}", value.x, value.y, value.z))?;

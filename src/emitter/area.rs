@@ -23,7 +23,7 @@ impl Described for Area {
         summary: "Makes the shape it stands in a light, on the side of its normal.",
         params: &[Param::new("radiance", Kind::Texture, "1", "its radiance in W/(m² sr)").within(Range::LIGHT)],
         examples: &[r#"<emitter type="area"><rgb name="radiance" value="5, 4, 3"/></emitter>"#],
-        evidence: &["radiometry/polygon-light", "radiometry/disk-light", "radiometry/sphere-light"],
+        evidence: &["emitter/*", "radiometry/polygon-light", "radiometry/disk-light", "radiometry/sphere-light"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
@@ -71,12 +71,18 @@ impl Model for Area {
         (cos_over_density > 0.0).then(|| Emission { ray: Ray::leaving(drawn.p, direction), flux })
     }
 
-    /// The mean over a grid of points, which is exact where the radiance is the same everywhere.
+    /// The mean over a grid of points, which is exact where the radiance is the same everywhere. What shines between the
+    /// points alone still counts for one of them, so that it is drawn.
     fn power(&self, shape: Option<&Shape>, beam: &Beam) -> Rgb {
         const POINTS: u32 = 16;
         let centre = |i: u32| (f64::from(i) + 0.5) / f64::from(POINTS);
         let points = (0..POINTS * POINTS).map(|i| DVec2::new(centre(i % POINTS), centre(i / POINTS)));
         let flux = |u| self.emit(shape, beam, [u, DVec2::ZERO]).map_or(Rgb::ZERO, |emission| emission.flux);
-        points.map(flux).sum::<Rgb>() / f64::from(POINTS * POINTS)
+        let mean = points.map(flux).sum::<Rgb>() / f64::from(POINTS * POINTS);
+        let brightest = shape.map_or(Rgb::ZERO, |shape| {
+            let (_, greatest) = self.radiance.extremes();
+            greatest * (PI / shape.sample_area(DVec2::splat(0.5)).density.0)
+        });
+        mean.max(brightest / f64::from(POINTS * POINTS))
     }
 }

@@ -20,7 +20,7 @@ impl Described for Constant {
         summary: "A sky that is equally bright in all directions.",
         params: &[Param::new("radiance", Kind::Rgb, "1", "its radiance in W/(m² sr)").within(Range::LIGHT)],
         examples: &[r#"<emitter type="constant"><rgb name="radiance" value="0.4, 0.5, 0.7"/></emitter>"#],
-        evidence: &["radiometry/white-sky"],
+        evidence: &["emitter/*", "radiometry/white-sky"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

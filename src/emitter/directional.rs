@@ -26,7 +26,7 @@ impl Described for Directional {
             Param::new("irradiance", Kind::Rgb, "1", "on a surface across the light, in W/m²").within(Range::LIGHT),
         ],
         examples: &[r#"<emitter type="directional"><vector name="direction" x="1" y="-2" z="0.5"/></emitter>"#],
-        evidence: &["radiometry/directional-light"],
+        evidence: &["emitter/*", "radiometry/directional-light"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

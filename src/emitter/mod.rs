@@ -3,6 +3,7 @@
 mod area;
 mod constant;
 mod directional;
+pub mod laws;
 mod point;
 mod spot;
 
@@ -105,7 +106,11 @@ impl Beam {
             return if is_hit { 1.0 / self.cross_section() } else { 0.0 };
         }
         let (axis, one_minus_cos) = self.cone(ray.origin);
-        let is_seen = one_minus_cos == 2.0 || 1.0 - axis.dot(ray.direction) <= one_minus_cos;
+        // By sines: cosines cannot tell narrow cones apart.
+        let (sin_squared, sin_squared_of_ray) =
+            (one_minus_cos * (2.0 - one_minus_cos), axis.cross(ray.direction).length_squared());
+        let is_in_cone = axis.dot(ray.direction) > 0.0 && sin_squared_of_ray <= sin_squared;
+        let is_seen = one_minus_cos == 2.0 || is_in_cone;
         if is_seen { warp::cone_density(one_minus_cos) } else { 0.0 }
     }
 }

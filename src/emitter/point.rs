@@ -27,7 +27,7 @@ impl Described for Point {
         examples: &[
             r#"<emitter type="point"><point name="position" x="1" y="2" z="-1"/><rgb name="intensity" value="3, 2, 1"/></emitter>"#,
         ],
-        evidence: &["radiometry/point-light", "radiometry/integrating-sphere"],
+        evidence: &["emitter/*", "radiometry/point-light", "radiometry/integrating-sphere"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

@@ -45,7 +45,7 @@ impl Described for Spot {
             r#"<emitter type="spot"><rgb name="intensity" value="30, 20, 10"/><float name="cutoff_angle" value="25"/>
                 <transform name="to_world"><lookat origin="1, 2, -1" target="0, 0, 0"/></transform></emitter>"#,
         ],
-        evidence: &["radiometry/spot", "reference/materials"],
+        evidence: &["emitter/*", "radiometry/spot", "reference/materials"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
@@ -121,10 +121,13 @@ impl Model for Spot {
         (falloff > 0.0).then(|| Emission { ray, flux: self.intensity * (falloff / density.0) })
     }
 
-    /// `2π ∫ falloff(θ) sin θ dθ`, without the shear of its transform.
+    /// `2π ∫ falloff(θ) sin θ dθ = 2π (1 - cos m sin h / h)`, with the mean m and half the difference h of both angles;
+    /// without the shear of its transform. Narrow cones leave next to nothing of the 1.
     fn power(&self, _shape: Option<&Shape>, _beam: &Beam) -> Rgb {
-        let (beam, cutoff) = (self.beam_width, self.cutoff);
-        let lost = if cutoff > beam { (cutoff.sin() - beam.sin()) / (cutoff - beam) } else { beam.cos() };
-        self.intensity * (TAU * (1.0 - lost))
+        let (mean, half) = (0.5 * (self.cutoff + self.beam_width), 0.5 * (self.cutoff - self.beam_width));
+        let square = half * half;
+        let one_minus_sinc = if half < 1e-2 { square / 6.0 * (1.0 - square / 20.0) } else { 1.0 - half.sin() / half };
+        let one_minus_cos = 2.0 * (0.5 * mean).sin().powi(2);
+        self.intensity * (TAU * (one_minus_cos + mean.cos() * one_minus_sinc))
     }
 }

@@ -97,3 +97,109 @@ impl Path {
         list.append(&mut self.pixels);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::FilmPlugin;
+    use crate::math::rng::Stream;
+    use crate::node::xml;
+    use crate::stats::Moments;
+
+    fn film(filter: &str, more: &str) -> HdrFilm {
+        let element = format!(
+            r#"<film type="hdrfilm"><integer name="width" value="20"/><integer name="height" value="14"/>{filter}{more}</film>"#
+        );
+        let document = xml::parse_element(&element).expect("valid XML");
+        FilmPlugin::read(&document, document.root).expect("a film").format().clone()
+    }
+
+    const FILTERS: [&str; 3] = [
+        r#"<rfilter type="box"/>"#,
+        r#"<rfilter type="gaussian"/>"#,
+        r#"<rfilter type="tent"><float name="radius" value="1.7"/></rfilter>"#,
+    ];
+
+    fn total(film: &HdrFilm, position: DVec2) -> f64 {
+        film.seen_by(position).map(|(_, density)| density).sum()
+    }
+
+    #[test]
+    fn all_bands_and_a_rest_are_summed_exactly() {
+        let splats = Splats::new(5, 19);
+        splats.add(&mut vec![((4, 18), Rgb::new(1.0, 2.0, 3.0)), ((0, 0), Rgb::ONE), ((4, 18), Rgb::splat(0.5))]);
+        splats.add(&mut vec![((2, 8), Rgb::ONE)]);
+        let pixels = splats.finish(10);
+        assert_eq!(pixels.len(), 5 * 19);
+        let value = |x: usize, y: usize| pixels[y * 5 + x].map(|moments| moments.mean().unwrap() * 10.0);
+        assert_eq!((value(0, 0), value(2, 8), value(1, 1)), ([1.0; 3], [1.0; 3], [0.0; 3]));
+        assert_eq!(value(4, 18), [1.5, 2.5, 3.5]);
+        assert!(pixels.iter().flatten().all(|moments| moments.n() == 10));
+    }
+
+    #[test]
+    fn two_hits_of_a_pixel_are_one_value() {
+        let film = film(FILTERS[0], "");
+        let mut path = Path::default();
+        path.splat(&film, DVec2::new(3.2, 4.9), Rgb::new(1.0, 2.0, 4.0));
+        path.splat(&film, DVec2::new(3.9, 4.1), Rgb::new(0.5, 0.5, 0.5));
+        path.splat(&film, DVec2::new(4.1, 4.1), Rgb::ONE);
+        assert_eq!(path.pixels(), [((3, 4), Rgb::new(1.5, 2.5, 4.5)), ((4, 4), Rgb::ONE)]);
+        let mut list = Vec::new();
+        path.drain_into(&mut list);
+        assert!(path.pixels().is_empty() && list.len() == 2);
+    }
+
+    #[test]
+    fn what_falls_beside_the_film_is_lost() {
+        for filter in FILTERS {
+            let film =
+                film(filter, r#"<integer name="crop_offset_x" value="4"/><integer name="crop_width" value="9"/>"#);
+            let mut path = Path::default();
+            for x in [-1e18, -3.0, 3.999, 13.001, 40.0, 1e18, f64::NAN] {
+                path.splat(&film, DVec2::new(x, 5.0), Rgb::ONE);
+            }
+            for y in [-1e-9, -1e18, 14.001, 1e18, f64::NAN] {
+                path.splat(&film, DVec2::new(6.0, y), Rgb::ONE);
+            }
+            assert!(path.pixels().is_empty(), "{filter}: {:?}", path.pixels());
+        }
+    }
+
+    #[test]
+    fn every_filter_leaves_the_same_light_in_the_middle() {
+        for filter in FILTERS {
+            let film = film(filter, "");
+            let mut stream = Stream::at(&[80]);
+            // A filter that is no partition of unity is one on average.
+            let share = || DVec2::new(6.0, 5.0) + stream.next_2d();
+            let totals: Moments = std::iter::repeat_with(share).take(20_000).map(|at| total(&film, at)).collect();
+            let error = (totals.mean - 1.0).abs();
+            assert!(error <= 4.0 * totals.std_error().expect("many samples") + 1e-12, "{filter}: {}", totals.mean);
+        }
+    }
+
+    #[test]
+    fn each_pixel_at_a_border_sees_a_density_of_one() {
+        for filter in FILTERS {
+            for more in ["", r#"<boolean name="sample_border" value="true"/>"#] {
+                let film = film(filter, more);
+                for (x, y) in [(0, 0), (1, 7), (19, 13), (10, 7)] {
+                    let n = 600;
+                    let at = |i: u32, middle: u32| {
+                        f64::from(middle) + 0.5 + 3.0 * ((f64::from(i) + 0.5) / f64::from(n) * 2.0 - 1.0)
+                    };
+                    let seen = |i, j| film.seen_by(DVec2::new(at(i, x), at(j, y))).find(|(pixel, _)| *pixel == (x, y));
+                    let sum: f64 = (0..n)
+                        .flat_map(|i| (0..n).map(move |j| (i, j)))
+                        .filter_map(|(i, j)| seen(i, j))
+                        .map(|(_, d)| d)
+                        .sum();
+                    let mass = sum * (6.0 / f64::from(n)).powi(2);
+                    // The midpoint rule, across a jump at the most.
+                    assert!((mass - 1.0).abs() < 0.025, "{filter}{more} {x},{y}: {mass}");
+                }
+            }
+        }
+    }
+}

@@ -209,6 +209,13 @@ pub struct Overrides {
 }
 
 impl Integrator {
+    /// The name of a scene's own integrator, if it has one.
+    #[must_use]
+    pub fn name_in(document: &Document) -> Option<&str> {
+        let id = integrator_in(document, document.object(document.root))?;
+        Some(&document.object(id).plugin)
+    }
+
     /// The integrator of a scene's document.
     ///
     /// # Errors

@@ -100,7 +100,8 @@ impl Map {
     pub fn gather(&self, site: &Site, lookup: &Lookup, mut show: impl FnMut(&Photon, f64)) {
         let Some(tree) = &self.tree else { return };
         let point = site.p.as_vec3().to_array();
-        let cap = (lookup.radius * lookup.radius) as f32;
+        // Distances are in f32, which have neither arbitrarily small nor arbitrarily great squares.
+        let cap = ((lookup.radius * lookup.radius) as f32).clamp(f32::MIN_POSITIVE, f32::MAX);
         let query = tree.query(&point);
         match lookup.nearest {
             None => {
@@ -126,6 +127,9 @@ impl Map {
     }
 }
 
+/// Rounding may put a point of a border outside of it, where next to nothing of a kernel is left.
+const LEAST_MASS: f64 = 1e-3;
+
 /// What photons count at a place, for a radius.
 struct Share<'s> {
     site: &'s Site,
@@ -147,8 +151,33 @@ impl<'s> Share<'s> {
         }
         let (site, radius) = (self.site, self.radius_squared.sqrt());
         let mass = *self.mass.get_or_insert_with(|| {
-            site.polygon.map_or(1.0, |polygon| mass_within(self.kernel, &polygon, site.p, radius))
+            let mass = site.polygon.map_or(1.0, |polygon| mass_within(self.kernel, &polygon, site.p, radius));
+            mass.max(LEAST_MASS)
         });
         show(photon, self.kernel.density(f64::from(distance_squared), self.radius_squared) / mass);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{math::Rgb, transport::PathClass};
+
+    #[test]
+    fn beside_a_polygon_by_rounding_photons_still_count_a_number() {
+        let square = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y];
+        let photon = Photon::new(Rgb::ONE, DVec3::Z, DVec3::Z, 7, 1, PathClass::Direct);
+        for p in [DVec3::ZERO, DVec3::new(-1e-9, -1e-9, 0.0), DVec3::new(0.5, -1e-6, 0.0)] {
+            let map = Map::new(&[p.as_vec3().to_array()], vec![photon]);
+            let site = Site { p, n: DVec3::Z, patch: 7, polygon: Some(square) };
+            for radius in [1e-20, 1e-12, 1e-7, 0.1, 1e15] {
+                for (_, kernel) in Kernel::ALL {
+                    let mut counts = Vec::new();
+                    map.gather(&site, &Lookup { nearest: None, radius, kernel }, |_, count| counts.push(count));
+                    let [count] = counts[..] else { panic!("one photon is there") };
+                    assert!(count.is_finite() && count > 0.0, "{p} {radius} {kernel:?}: {count}");
+                }
+            }
+        }
     }
 }

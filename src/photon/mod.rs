@@ -3,6 +3,7 @@
 //! Jensen 2001, *Realistic Image Synthesis Using Photon Mapping*.
 
 mod border;
+pub mod files;
 mod kernel;
 pub mod laws;
 mod map;

@@ -21,6 +21,27 @@ pub enum Aim {
 }
 
 impl Aim {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Everywhere, Self::Specular];
+
+    /// The name of the map that such light makes.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Everywhere => "global",
+            Self::Specular => "caustic",
+        }
+    }
+
+    /// The classes that photons of the map can have.
+    #[must_use]
+    pub fn classes(self) -> &'static [PathClass] {
+        match self {
+            Self::Everywhere => &[PathClass::Direct, PathClass::Caustic, PathClass::Indirect],
+            Self::Specular => &[PathClass::Caustic],
+        }
+    }
+
     fn emit(self, scene: &Scene, numbers: &mut Stream) -> Option<Emission> {
         match self {
             Self::Everywhere => scene.emit(numbers).map(|(emission, _)| emission),
@@ -53,6 +74,14 @@ pub struct Tally {
     pub bounces: u64,
 }
 
+impl Tally {
+    /// How many surfaces a photon had met before, on average; None without photons.
+    #[must_use]
+    pub fn mean_bounces(&self) -> Option<f64> {
+        (self.stored > 0).then(|| self.bounces as f64 / self.stored as f64)
+    }
+}
+
 /// Photons with where they arrived.
 #[derive(Debug, Default)]
 pub struct Harvest {
@@ -74,7 +103,23 @@ impl Harvest {
         of_class.fold(Tally::default(), |tally, photon| Tally {
             stored: tally.stored + 1,
             power: tally.power + photon.power(),
-            bounces: tally.bounces + u64::from(photon.depth() - 1),
+            bounces: tally.bounces + u64::from(photon.bounces()),
+        })
+    }
+
+    /// What is strange about it, if it holds no photon.
+    #[must_use]
+    pub fn warning(&self, aim: Aim) -> Option<String> {
+        let emitted = self.emitted;
+        self.photons.is_empty().then(|| match aim {
+            Aim::Everywhere => {
+                format!(
+                    "none of {emitted} photons met a surface that could keep it: there is no light in the global map"
+                )
+            }
+            Aim::Specular => {
+                format!("none of {emitted} photons was cast on a surface by mirrors or glass: no caustics")
+            }
         })
     }
 }

@@ -63,8 +63,14 @@ impl Renderer {
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.scene.warnings().to_vec();
-        if !self.scene.has_lights() && self.integrator.needs_light() {
-            warnings.push("the scene has no light: the image will be black".into());
+        if !self.scene.shines() && self.integrator.needs_light() {
+            let what =
+                if self.scene.has_lights() { "the scene's lights have no power" } else { "the scene has no light" };
+            warnings.push(format!("{what}: the image will be black"));
+        }
+        if self.integrator.traces_light() && !self.scene.has_smooth() {
+            let what = "every surface scatters into single directions, in which no light can be traced to the sensor";
+            warnings.push(format!("{what}: only lights themselves are seen"));
         }
         warnings
     }

@@ -280,6 +280,7 @@ impl<'d> Builder<'d> {
             lights: self.lights,
             sky: self.sky,
             power_up_to: Vec::new(),
+            power: 0.0,
             surroundings,
             specular: is_bounded.then_some(specular),
             warnings: self.warnings,

@@ -1,6 +1,7 @@
 //! From a scene file to a scene that rays can meet.
 
 mod build;
+pub mod laws;
 mod medium;
 
 use glam::{DVec2, DVec3};
@@ -30,6 +31,7 @@ pub struct Scene {
     sky: Option<usize>,
     /// Which part of all emitted power comes from the lights up to each, the last being 1; empty if there is none.
     power_up_to: Vec<f64>,
+    power: f64,
     /// Around everything of finite size.
     surroundings: Ball,
     /// Around each shape that scatters into single directions; None if one of them has no end.
@@ -209,9 +211,10 @@ impl Scene {
         let u = numbers.next_1d();
         let position = [numbers.next_2d(), numbers.next_2d()];
         let index = self.power_up_to.partition_point(|&up_to| up_to <= u);
-        let light = self.lights.get(index)?;
+        // Without power no light is ever drawn.
+        let up_to = *self.power_up_to.get(index)?;
         let before = if index == 0 { 0.0 } else { self.power_up_to[index - 1] };
-        let chance = self.power_up_to[index] - before;
+        let (light, chance) = (&self.lights[index], up_to - before);
         let emission = light.emitter.emit(self.shape_of(light), beam, position)?;
         (emission.flux != Rgb::ZERO).then_some((Emission { flux: emission.flux / chance, ..emission }, index))
     }
@@ -285,10 +288,22 @@ impl Scene {
         Ok(())
     }
 
-    /// Whether anything shines.
+    /// Whether there is any light, if only a black one.
     #[must_use]
     pub fn has_lights(&self) -> bool {
         !self.lights.is_empty() || self.glows
+    }
+
+    /// Whether anything shines.
+    #[must_use]
+    pub fn shines(&self) -> bool {
+        self.glows || self.power > 0.0 || self.sky(DVec3::Z) != Rgb::ZERO
+    }
+
+    /// The luminous part of the power in W that all lights send into the scene together.
+    #[must_use]
+    pub fn power(&self) -> f64 {
+        self.power
     }
 
     /// What a careful user would want to know: dropped triangles.
@@ -307,6 +322,7 @@ impl Scene {
         let power = |light: &Light| luminance(light.emitter.power(self.shape_of(light), &beam));
         let powers: Vec<f64> = self.lights.iter().map(power).collect();
         let total: f64 = powers.iter().sum();
+        self.power = total;
         if total > 0.0 {
             let mut so_far = 0.0;
             self.power_up_to = powers

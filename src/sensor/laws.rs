@@ -28,6 +28,13 @@ pub const LAWS: &[Law] = &[
         source: "similar triangles; the edge spread of a disc, ½ + (u √(1 - u²) + asin u) / π: 0.804499 at ½",
         check: blur_disc,
     },
+    Law {
+        name: "sensor/importance",
+        claim: "A sensor sees a point where its rays through the point leave the film, and the importance is the film's area per \
+                solid angle of directions, over the squared distance: pixels per area across the ray.",
+        source: "the derivative of the position on the film by finite differences; the cosines of Veach 1997, section 8.3.2",
+        check: importance,
+    },
 ];
 
 const ORIGIN: DVec3 = DVec3::new(1.0, -2.0, 0.5);
@@ -42,9 +49,14 @@ fn seen(p: DVec3) -> DVec3 {
     DVec3::new(way.dot(left), way.dot(up), way.dot(ahead))
 }
 
-fn camera(plugin: &str, params: &str, (width, height): (u32, u32)) -> Camera {
+fn camera(plugin: &str, params: &str, size: (u32, u32)) -> Camera {
+    turned_camera(plugin, "", params, size)
+}
+
+/// A camera whose space is turned or mirrored first.
+fn turned_camera(plugin: &str, turn: &str, params: &str, (width, height): (u32, u32)) -> Camera {
     let element = format!(
-        r#"<sensor type="{plugin}"><transform name="to_world"><lookat origin="{}, {}, {}" target="{}, {}, {}" up="0, 0, 1"/></transform>
+        r#"<sensor type="{plugin}"><transform name="to_world">{turn}<lookat origin="{}, {}, {}" target="{}, {}, {}" up="0, 0, 1"/></transform>
            <float name="near_clip" value="0.25"/><float name="far_clip" value="40"/>{params}
            <film type="hdrfilm"><integer name="width" value="{width}"/><integer name="height" value="{height}"/>
            <integer name="crop_offset_x" value="3"/><integer name="crop_width" value="5"/></film></sensor>"#,
@@ -164,4 +176,51 @@ fn blur(camera: &Camera, name: &str, film: DVec2, depth: f64, samples: u32) -> V
     let squares: Moments = offsets.iter().map(|offset| offset.length_squared()).collect();
     findings.push(Finding::mean(format!("{name}, mean square"), &squares, 0.5 * radius * radius));
     findings
+}
+
+/// A step of finite differences, in distances; errors go by its square.
+const STEP: f64 = 1e-4;
+
+fn importance(effort: Effort) -> Vec<Finding> {
+    let lens = r#"<float name="aperture_radius" value="0.2"/><float name="focus_distance" value="3"/>"#;
+    let mut findings = Vec::new();
+    for (name, size, params, _) in fields() {
+        for (turned, turn) in [("", ""), (", mirrored", r#"<scale x="-1"/>"#)] {
+            for (plugin, more) in [("perspective", ""), ("thinlens", lens)] {
+                let camera = turned_camera(plugin, turn, &(params.clone() + more), size);
+                let [beside, density] = sight_errors(&camera, size, effort.samples(50));
+                let name = format!("{plugin}, {name}{turned}");
+                findings.push(Finding::error(format!("{name}: rays through points"), beside, 1e-9));
+                findings.push(Finding::error(format!("{name}: importance"), density, 1e-6));
+            }
+        }
+    }
+    findings
+}
+
+/// By how much sights of points are not the inverse of rays, and importances not the density of the film.
+fn sight_errors(camera: &Camera, (width, height): (u32, u32), points: u32) -> [f64; 2] {
+    let film = DVec2::new(f64::from(width), f64::from(height));
+    let mut stream = Stream::at(&[61]);
+    let (mut beside, mut density) = (0.0_f64, 0.0_f64);
+    for _ in 0..points {
+        // Film positions beyond the border are seen too.
+        let (at, u) = ((1.4 * stream.next_2d() - 0.2) * film, stream.next_2d());
+        let ray = camera.ray(at, u);
+        let distance = 1.0 + 9.0 * stream.next_1d();
+        let p = ray.at(distance);
+        let see = |p| camera.see(p, u).expect("the point lies between the clipping planes");
+        let sight = see(p);
+        let start = sight.ray.origin + sight.ray.direction - ray.origin;
+        beside = beside.max((sight.film - at).length() / film.length());
+        beside = beside.max((sight.direction + ray.direction).length()).max((sight.ray.origin - p).length());
+        beside = beside.max(start.length());
+
+        let (a, b) = sight.direction.any_orthonormal_pair();
+        let step = STEP * distance;
+        let slope = |v: DVec3| (see(p + step * v).film - see(p - step * v).film) / (2.0 * step);
+        let pixels_per_area = slope(a).perp_dot(slope(b)).abs();
+        density = density.max((sight.importance / pixels_per_area - 1.0).abs());
+    }
+    [beside, density]
 }

@@ -19,7 +19,7 @@ impl Described for Perspective {
         summary: "A pinhole camera.",
         params: &[FOV, FOCAL_LENGTH, FOV_AXIS, NEAR_CLIP, FAR_CLIP, TO_WORLD, FILM, SAMPLER],
         examples: &[r#"<sensor type="perspective"><float name="fov" value="40"/><film type="hdrfilm"/></sensor>"#],
-        evidence: &["sensor/projection", "film/coverage"],
+        evidence: &["sensor/projection", "sensor/importance", "film/coverage"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

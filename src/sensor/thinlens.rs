@@ -36,7 +36,7 @@ impl Described for ThinLens {
             r#"<sensor type="thinlens"><float name="aperture_radius" value="0.1"/><float name="focus_distance" value="3"/>
             <film type="hdrfilm"/></sensor>"#,
         ],
-        evidence: &["sensor/projection", "sensor/blur-disc", "reference/torus-thinlens"],
+        evidence: &["sensor/projection", "sensor/importance", "sensor/blur-disc", "reference/torus-thinlens"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

@@ -382,7 +382,10 @@ fn options_that_are_wrong() {
         ("twice", options("-D a=1 -D a=2", &["parameter $a is defined twice; give it one value"])),
         (
             "integrator",
-            options("--integrator pat", &["--integrator pat: no integrator is called \"pat\"; known: path, direct"]),
+            options(
+                "--integrator pat",
+                &["--integrator pat: no integrator is called \"pat\"; known: path, ptracer, photonmapper, direct"],
+            ),
         ),
         (
             "wrapper",

@@ -14,8 +14,8 @@ use crate::kit::{self, Folder, bits, run};
 
 #[test]
 fn help_names_the_exit_codes_and_every_option() {
-    let options: [(&str, &[&str]); 5] = [
-        ("", &["render", "compare", "verify", "plugins", "--version"]),
+    let options: [(&str, &[&str]); 6] = [
+        ("", &["render", "photons", "compare", "verify", "plugins", "--version"]),
         (
             "render",
             &[
@@ -31,6 +31,7 @@ fn help_names_the_exit_codes_and_every_option() {
                 "--replay",
             ],
         ),
+        ("photons", &["-D", "--param", "--seed", "--threads", "--ply", "--npy", "numpy.load"]),
         ("compare", &["--json", "--pictures"]),
         ("verify", &["--only", "--full", "--threads", "--root"]),
         ("plugins", &["[FILTER]"]),

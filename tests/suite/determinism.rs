@@ -56,6 +56,39 @@ fn seeds_make_a_difference_and_threads_do_not_with_every_sampler() {
     }
 }
 
+/// Integrators that follow light, with what makes their sums a matter of order.
+const FOLLOWING_LIGHT: [(&str, &str); 6] = [
+    ("ptracer", ""),
+    ("photonmapper", "direct=traced indirect=final_gather"),
+    ("photonmapper", "direct=traced indirect=map"),
+    ("photonmapper", "direct=map indirect=final_gather gather_importance=false"),
+    ("photonmapper", "direct=map indirect=map lookup_size=0"),
+    ("photonmapper", "direct=shadow_photons indirect=final_gather gather_samples=2"),
+];
+
+#[test]
+fn threads_make_no_difference_to_light_that_is_followed() {
+    let crop = r#"<integer name="crop_offset_x" value="5"/><integer name="crop_offset_y" value="3"/>
+        <integer name="crop_width" value="13"/><integer name="crop_height" value="11"/>"#;
+    for (name, params) in FOLLOWING_LIGHT {
+        for film in [r#"<rfilter type="box"/>"#.to_owned(), format!(r#"<rfilter type="gaussian"/>{crop}"#)] {
+            let folder = Folder::with_scene(&busy("independent", &film));
+            let params: String = params.split_whitespace().map(|param| format!(" --param {param}")).collect();
+            let few =
+                if name == "photonmapper" { " --param global_photons=9000 --param caustic_photons=9000" } else { "" };
+            let image = |options: &str| folder.render(&format!("--spp 3 --integrator {name}{params}{few} {options}"));
+            let one = image("--threads 1 --seed 5");
+            for threads in [2, 7] {
+                assert!(
+                    bits(&one) == bits(&image(&format!("--threads {threads} --seed 5"))),
+                    "{name}{params} {threads}"
+                );
+            }
+            assert!(bits(&one) != bits(&image("--threads 2 --seed 6")), "{name}{params}");
+        }
+    }
+}
+
 /// Replays all samples of a pixel through the command line.
 fn replayed(folder: &Folder, x: u32, y: u32, samples: u32) -> [f64; 3] {
     let mut sum = [0.0; 3];

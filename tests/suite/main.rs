@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "what fails to unwrap in a helper fails the test that called it")]
 
 mod bad_input;
+mod bad_photons;
 mod bad_solids;
 mod cli;
 mod determinism;
@@ -10,5 +11,6 @@ mod geometry;
 mod hostile_images;
 mod kit;
 mod layers;
+mod photons;
 mod semantics;
 mod solids;

@@ -50,20 +50,33 @@ const GLOBAL: u64 = 0x67_6c6f_6261_6c00;
 const CAUSTIC: u64 = 0x63_6175_7374_6963;
 const SHADOW: u64 = 0x73_6861_646f_7700;
 
+impl Settings {
+    /// Emits the photons of a map; None if it is that of caustics and nothing casts any.
+    pub(super) fn harvest(&self, scene: &Scene, aim: Aim, seed: u64, pass: u64) -> Option<Harvest> {
+        let (count, purpose) = match aim {
+            Aim::Everywhere => (self.global_photons, GLOBAL),
+            Aim::Specular => (self.caustic_photons, CAUSTIC),
+        };
+        // The last segment is that to the eye.
+        let depths = Depths { max: self.depths.max.saturating_sub(1), ..self.depths };
+        (aim == Aim::Everywhere || scene.has_specular())
+            .then(|| harvest(scene, aim, count, depths, [seed, pass, purpose]))
+    }
+}
+
 impl Maps {
     /// Emits all photons of a pass.
     pub(super) fn new(scene: &Scene, settings: &Settings, seed: u64, pass: u64) -> Self {
-        // The last segment is that to the eye.
-        let depths = Depths { max: settings.depths.max.saturating_sub(1), ..settings.depths };
         let [global_lookup, caustic_lookup] = settings.lookups(scene);
         let mut notes = Notes::default();
-        let mut build = |aim, count, purpose| {
+        let mut build = |aim: Aim| {
             let start = Instant::now();
-            let harvest = harvest(scene, aim, count, depths, [seed, pass, purpose]);
-            note(&mut notes, aim, &harvest);
+            let Some(harvest) = settings.harvest(scene, aim, seed, pass) else { return Map::new(&[], Vec::new()) };
+            notes.warnings.extend(harvest.warning(aim));
             let traced = start.elapsed();
+            let count = harvest.emitted;
             let map = Map::new(&harvest.positions, harvest.photons);
-            let name = name(aim);
+            let name = aim.name();
             let megabytes = map.bytes() as f64 / 1e6;
             let (traced, built) = (traced.as_secs_f64(), start.elapsed().as_secs_f64() - traced.as_secs_f64());
             notes.facts.push(format!(
@@ -72,12 +85,7 @@ impl Maps {
             ));
             map
         };
-        let global = build(Aim::Everywhere, settings.global_photons, GLOBAL);
-        let caustic = if scene.has_specular() {
-            build(Aim::Specular, settings.caustic_photons, CAUSTIC)
-        } else {
-            Map::new(&[], Vec::new())
-        };
+        let (global, caustic) = (build(Aim::Everywhere), build(Aim::Specular));
         let shadow = (settings.direct == Direct::ShadowPhotons)
             .then(|| ShadowMap::new(scene, settings.global_photons, global_lookup, [seed, pass, SHADOW]));
         if let Some(shadow) = &shadow {
@@ -92,25 +100,4 @@ impl Maps {
         notes.facts.extend(self.shadow_rays.fact());
         notes
     }
-}
-
-fn name(aim: Aim) -> &'static str {
-    match aim {
-        Aim::Everywhere => "global",
-        Aim::Specular => "caustic",
-    }
-}
-
-/// Warns of a map without photons where there should be some.
-fn note(notes: &mut Notes, aim: Aim, harvest: &Harvest) {
-    if !harvest.photons.is_empty() {
-        return;
-    }
-    let emitted = harvest.emitted;
-    notes.warnings.push(match aim {
-        Aim::Everywhere => {
-            format!("none of {emitted} photons met a surface that could keep it: there is no light in the global map")
-        }
-        Aim::Specular => format!("none of {emitted} photons was cast on a surface by mirrors or glass: no caustics"),
-    });
 }

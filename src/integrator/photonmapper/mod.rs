@@ -14,7 +14,7 @@ use crate::{
     film::LayerSpec,
     math::{PerSolidAngle, Ray, Rgb},
     node::{Category, Described, Params, Plugin, SceneError},
-    photon::{Lookup, Map, Photon, Shade, Site},
+    photon::{Aim, Harvest, Lookup, Map, Photon, Shade, Site},
     sampler::{Numbers as _, PathNumbers},
     scene::{Scene, Vertex},
     transport::{FromEye, Junction, PathClass, power_heuristic, survival},
@@ -70,6 +70,18 @@ impl Described for PhotonMapper {
     }
 }
 
+impl PhotonMapper {
+    /// Emits the photons of one of its maps: those with which it renders a pass. None if it is the map of caustics and
+    /// nothing in the scene casts any.
+    #[must_use]
+    pub fn harvest(&self, scene: &Scene, aim: Aim, seed: u64, pass: u64) -> Option<Harvest> {
+        self.settings.harvest(scene, aim, seed, pass)
+    }
+}
+
+const MOST_POWER: f64 = 1e34;
+const LEAST_POWER: f64 = 1e-24;
+
 /// The four parts of what a path shows.
 #[derive(Default)]
 struct Parts([Rgb; 4]);
@@ -89,6 +101,13 @@ impl Model for PhotonMapper {
     fn check(&self, scene: &Scene) -> Result<(), String> {
         if !scene.has_smooth() {
             return Err("no surface can keep a photon, for all scatter into single directions".into());
+        }
+        // Photons hold their power in f32.
+        if scene.power() > MOST_POWER || scene.power() > 0.0 && scene.power() < LEAST_POWER {
+            let power = scene.power();
+            return Err(format!(
+                "its lights emit {power:.3e} W, and photons are made for {LEAST_POWER:e} to {MOST_POWER:e} W in all"
+            ));
         }
         scene.check_emission()
     }

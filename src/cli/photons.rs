@@ -1,0 +1,105 @@
+use std::{path::PathBuf, process::ExitCode};
+
+use clap::Args;
+use etendue::{
+    film::exr::write_whole,
+    integrator::{Integrator, PhotonMapper},
+    math::Rgb,
+    node::{Described as _, Document},
+    photon::{Aim, Harvest, files},
+    render::Renderer,
+};
+
+use super::{check_writable, say, source::Source};
+
+/// Emits the photons of a scene and tells where their power goes; nothing is rendered.
+///
+/// Photons are packets of light that are followed from the lights. Photon mapping keeps them wherever they meet a surface
+/// that scatters over more than single directions: in the global map all of them, in the caustic map those alone that
+/// mirrors or glass cast there, which get emissions of their own. They are exactly those that `etendue render` uses with
+/// the same seed and parameters. If the scene's integrator is no photonmapper, one with default parameters emits them,
+/// which keeps max_depth and rr_depth; set others with --param, such as --param global_photons=10000.
+///
+/// The table has a row for each class: direct (straight from a light), caustic (by way of mirrors or glass alone),
+/// indirect (all others). A photon is stored at every such surface that it meets, so that more may be stored than are
+/// emitted. Power is summed over the photons stored, in W, for red, green and blue.
+#[derive(Debug, Args)]
+pub(crate) struct Photons {
+    #[command(flatten)]
+    source: Source,
+    /// Also write a cloud of coloured points, which viewers of PLY files show.
+    #[arg(long, value_name = "FILE.ply")]
+    ply: Option<PathBuf>,
+    /// Also write an array with the fields position, power, direction (to where the photon came from), class (0 direct,
+    /// 2 caustic, 3 indirect), bounces (surfaces met before) and map (0 global, 1 caustic), for numpy.load.
+    #[arg(long, value_name = "FILE.npy")]
+    npy: Option<PathBuf>,
+}
+
+impl Photons {
+    pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
+        let document = self.source.read()?;
+        let renderer = self.source.renderer(&document, replacement(&document))?;
+        self.check_outputs()?;
+        let seed = self.source.seed(&renderer.scene);
+        let pool = self.source.threads()?;
+        let harvests = Aim::ALL.map(|aim| pool.install(|| mapper(&renderer).harvest(&renderer.scene, aim, seed, 0)));
+        for (aim, harvest) in Aim::ALL.into_iter().zip(&harvests) {
+            print(aim, harvest.as_ref())?;
+        }
+        let filled: Vec<_> = Aim::ALL.into_iter().zip(&harvests).filter_map(|(a, h)| Some((a, h.as_ref()?))).collect();
+        if let Some(ply) = &self.ply {
+            write_whole(ply, &files::ply(&filled))?;
+        }
+        if let Some(npy) = &self.npy {
+            write_whole(npy, &files::npy(&filled))?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn check_outputs(&self) -> anyhow::Result<()> {
+        if let (Some(ply), Some(npy)) = (&self.ply, &self.npy) {
+            anyhow::ensure!(ply != npy, "{}: is named twice; give the two files different names", ply.display());
+        }
+        self.ply.iter().chain(&self.npy).try_for_each(|file| check_writable(file))
+    }
+}
+
+/// The integrator to put in the place of the scene's own, if that is another.
+fn replacement(document: &Document) -> Option<String> {
+    let wanted = PhotonMapper::PLUGIN.name;
+    (Integrator::name_in(document) != Some(wanted)).then(|| wanted.to_owned())
+}
+
+fn mapper(renderer: &Renderer) -> &PhotonMapper {
+    match &renderer.integrator {
+        Integrator::PhotonMapper(mapper) => mapper,
+        _ => unreachable!("any other integrator was replaced"),
+    }
+}
+
+fn print(aim: Aim, harvest: Option<&Harvest>) -> anyhow::Result<()> {
+    let Some(harvest) = harvest else {
+        return say(format_args!("{} map: none, for the scene has neither mirrors nor glass", aim.name()));
+    };
+    super::warn(harvest.warning(aim).as_slice());
+    let (emitted, stored) = (harvest.emitted, harvest.photons.len());
+    say(format_args!("{} map: {emitted} emitted with{} W, {stored} stored", aim.name(), watts(harvest.power)))?;
+    say("  class         stored  per emitted      power in W: R, G, B                  mean bounces")?;
+    for class in aim.classes() {
+        let tally = harvest.tally(*class);
+        say(format_args!(
+            "  {:<9} {:>10} {:>12.4}     {} {:>13}",
+            class.name(),
+            tally.stored,
+            tally.stored as f64 / emitted as f64,
+            watts(tally.power),
+            tally.mean_bounces().map_or_else(|| "-".into(), |mean| format!("{mean:.3}"))
+        ))?;
+    }
+    Ok(())
+}
+
+fn watts(power: Rgb) -> String {
+    power.to_array().map(|power| format!(" {power:<11.5e}")).concat()
+}

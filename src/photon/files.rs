@@ -1,0 +1,147 @@
+//! Photons as files for other programs.
+
+use npyz::{DType, Field, WriteOptions, WriterBuilder as _};
+
+use super::{Aim, Harvest, Photon};
+use crate::film::picture::{automatic_exposure, srgb_byte};
+
+/// A photon with its place, and the number of its map.
+type Kept<'h> = (&'h [f32; 3], &'h Photon, u8);
+
+fn all<'h>(maps: &[(Aim, &'h Harvest)]) -> impl Iterator<Item = Kept<'h>> {
+    maps.iter().flat_map(|&(aim, harvest)| {
+        harvest.positions.iter().zip(&harvest.photons).map(move |(position, photon)| (position, photon, aim as u8))
+    })
+}
+
+fn count(maps: &[(Aim, &Harvest)]) -> usize {
+    maps.iter().map(|(_, harvest)| harvest.photons.len()).sum()
+}
+
+fn push_floats(bytes: &mut Vec<u8>, values: [f32; 3]) {
+    bytes.extend(values.into_iter().flat_map(f32::to_le_bytes));
+}
+
+/// Position, power and direction.
+fn push_vectors(bytes: &mut Vec<u8>, (position, photon, _): Kept<'_>) {
+    push_floats(bytes, *position);
+    push_floats(bytes, photon.power().as_vec3().to_array());
+    push_floats(bytes, photon.direction().as_vec3().to_array());
+}
+
+/// Class, bounces and map.
+fn push_numbers(bytes: &mut Vec<u8>, (_, photon, map): Kept<'_>) {
+    bytes.push(photon.class() as u8);
+    bytes.extend((photon.bounces() as u16).to_le_bytes());
+    bytes.push(map);
+}
+
+const PLY_PROPERTIES: &str = "\
+property float x
+property float y
+property float z
+property float power_r
+property float power_g
+property float power_b
+property float dx
+property float dy
+property float dz
+property uchar red
+property uchar green
+property uchar blue
+property uchar class
+property ushort bounces
+property uchar map
+";
+
+/// A binary PLY file with a point for each photon; its colour is its power, tone-mapped.
+#[must_use]
+pub fn ply(maps: &[(Aim, &Harvest)]) -> Vec<u8> {
+    let powers: Vec<[f32; 3]> = all(maps).map(|(_, photon, _)| photon.power().as_vec3().to_array()).collect();
+    let scale = automatic_exposure(&powers).exp2();
+    let count = count(maps);
+    let mut bytes = format!(
+        "ply\nformat binary_little_endian 1.0\ncomment photons: power in W, (dx, dy, dz) towards where they came from\n\
+         comment class: 0 direct, 2 caustic, 3 indirect; map: 0 global, 1 caustic\n\
+         element vertex {count}\n{PLY_PROPERTIES}end_header\n"
+    )
+    .into_bytes();
+    for kept in all(maps) {
+        push_vectors(&mut bytes, kept);
+        bytes.extend(kept.1.power().to_array().map(|power| srgb_byte(scale * power)));
+        push_numbers(&mut bytes, kept);
+    }
+    bytes
+}
+
+/// A NumPy file with a structured array of all photons.
+#[must_use]
+pub fn npy(maps: &[(Aim, &Harvest)]) -> Vec<u8> {
+    let plain = |code: &str| DType::Plain(code.parse().expect("the code of a type"));
+    let vector = || DType::Array(3, Box::new(plain("<f4")));
+    let fields = [
+        ("position", vector()),
+        ("power", vector()),
+        ("direction", vector()),
+        ("class", plain("|u1")),
+        ("bounces", plain("<u2")),
+        ("map", plain("|u1")),
+    ];
+    let fields = fields.into_iter().map(|(name, dtype)| Field { name: name.into(), dtype }).collect();
+    let header = WriteOptions::new_header_only()
+        .shape(&[count(maps) as u64])
+        .dtype(DType::Record(fields))
+        .writer(std::io::Cursor::new(Vec::new()))
+        .write_header_only();
+    let mut bytes = header.expect("memory takes every header").into_inner();
+    for kept in all(maps) {
+        push_vectors(&mut bytes, kept);
+        push_numbers(&mut bytes, kept);
+    }
+    bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{math::Rgb, transport::PathClass};
+    use glam::DVec3;
+
+    fn harvest(powers: &[f64]) -> Harvest {
+        let photon = |&w: &f64| Photon::new(Rgb::new(w, 2.0 * w, 0.0), DVec3::X, DVec3::Z, 3, 2, PathClass::Caustic);
+        let photons: Vec<_> = powers.iter().map(photon).collect();
+        Harvest { positions: vec![[1.0, 2.0, 3.0]; powers.len()], photons, ..Harvest::default() }
+    }
+
+    #[test]
+    fn a_point_cloud_has_as_many_bytes_as_its_header_says() {
+        let (global, caustic) = (harvest(&[1.0, 0.5]), harvest(&[2.0]));
+        let bytes = ply(&[(Aim::Everywhere, &global), (Aim::Specular, &caustic)]);
+        let text = String::from_utf8_lossy(&bytes);
+        let end = text.find("end_header\n").expect("the header ends") + "end_header\n".len();
+        assert!(text[..end].contains("element vertex 3\n"));
+        assert_eq!(bytes.len() - end, 3 * 43);
+        assert_eq!(bytes[end..end + 4], 1.0_f32.to_le_bytes());
+        assert_eq!(bytes[bytes.len() - 4..], [PathClass::Caustic as u8, 1, 0, 1]);
+    }
+
+    #[test]
+    fn an_array_names_its_fields() {
+        let global = harvest(&[1.0, 0.5]);
+        let bytes = npy(&[(Aim::Everywhere, &global)]);
+        let file = npyz::NpyFile::new(&bytes[..]).expect("an array");
+        assert_eq!(file.shape(), &[2]);
+        assert_eq!(file.dtype().num_bytes(), Some(40));
+        let names = "position power direction class bounces map".split(' ');
+        let DType::Record(fields) = file.dtype() else { panic!("the array has no fields") };
+        assert!(fields.iter().map(|field| field.name.as_str()).eq(names));
+        assert_eq!(bytes.len() % 8, 0);
+        assert_eq!(bytes[bytes.len() - 4..], [PathClass::Caustic as u8, 1, 0, 0]);
+    }
+
+    #[test]
+    fn without_photons_there_is_a_header_alone() {
+        assert!(ply(&[]).ends_with(b"end_header\n"));
+        assert_eq!(npyz::NpyFile::new(&npy(&[])[..]).expect("an array").shape(), &[0]);
+    }
+}
