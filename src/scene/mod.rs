@@ -272,7 +272,7 @@ impl Scene {
     /// A number of the piece of surface that a vertex lies on: the face of a polyhedron, or the whole shape.
     #[must_use]
     pub fn patch(&self, vertex: &Vertex) -> u32 {
-        let face = if self.polygon(vertex).is_some() { u64::from(vertex.surface.primitive) } else { 0 };
+        let face = if self.shapes[vertex.part].is_polyhedron() { u64::from(vertex.surface.primitive) } else { 0 };
         hash(&[vertex.part as u64, face]) as u32
     }
 

@@ -94,6 +94,10 @@ impl Model for Cube {
         Surface::flat(self.affine.point(local), self.normals[face], uv(face, local), hit.primitive)
     }
 
+    fn is_polyhedron(&self) -> bool {
+        true
+    }
+
     fn polygon(&self, surface: &Surface) -> Option<[DVec3; 4]> {
         let face = surface.primitive as usize;
         let (a, b) = ((face / 2 + 1) % 3, (face / 2 + 2) % 3);

@@ -183,6 +183,11 @@ pub trait Model {
         None
     }
 
+    /// Whether its surface is made of parallelograms, which have a number each.
+    fn is_polyhedron(&self) -> bool {
+        false
+    }
+
     /// The flat piece of surface around a point, all of it, if it is a parallelogram: its corners, in order.
     fn polygon(&self, _surface: &Surface) -> Option<[DVec3; 4]> {
         None
@@ -349,6 +354,11 @@ impl Model for Shape {
 
     fn edge_distance(&self, surface: &Surface) -> Option<f64> {
         each_form!(&self.form, form => form.edge_distance(surface))
+    }
+
+    #[inline]
+    fn is_polyhedron(&self) -> bool {
+        each_form!(&self.form, form => form.is_polyhedron())
     }
 
     fn polygon(&self, surface: &Surface) -> Option<[DVec3; 4]> {

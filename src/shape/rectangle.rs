@@ -57,6 +57,10 @@ impl Model for Rectangle {
         Surface::flat(self.affine.point(at.extend(0.0)), self.n, 0.5 * (at + 1.0), 0)
     }
 
+    fn is_polyhedron(&self) -> bool {
+        true
+    }
+
     fn polygon(&self, _surface: &Surface) -> Option<[DVec3; 4]> {
         let corner = |x, y| self.affine.point(DVec3::new(x, y, 0.0));
         Some([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)])
