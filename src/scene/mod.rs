@@ -283,7 +283,7 @@ impl Scene {
     pub fn check_emission(&self) -> Result<(), String> {
         let is_distant = self.lights.iter().any(|light| light.emitter.is_distant());
         if is_distant && self.shapes.is_unbounded() {
-            return Err("light from infinitely far away falls on an infinite plane".into());
+            return Err("light from infinitely far away falls on an infinite plane; make that a large rectangle".into());
         }
         Ok(())
     }

@@ -84,7 +84,13 @@ pub(super) const PARAMS: &[Param] = &[
     ),
     Param::new("raw_estimate", Kind::Boolean, "false", "whether a layer \"raw\" shows the global map itself"),
     MAX_DEPTH,
-    Param::new("rr_depth", Kind::Integer, "1", "segments after which Russian roulette begins").within(RR_DEPTH.range),
+    Param::new(
+        "rr_depth",
+        Kind::Integer,
+        "1",
+        "segments after which Russian roulette of photons begins; of paths from the eye at 5 or later",
+    )
+    .within(RR_DEPTH.range),
     HIDE_EMITTERS,
 ];
 
