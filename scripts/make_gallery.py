@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 import xml.etree.ElementTree as ET
+from fnmatch import fnmatch
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -31,6 +32,7 @@ def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scale", type=int, default=3, help="size of the pictures, in that of the scenes (default: %(default)s)")
     parser.add_argument("--spp", type=int, default=256, help="samples per pixel (default: %(default)s)")
+    parser.add_argument("--only", default="*", metavar="GLOB", help="only pictures whose names match (default: all)")
     return parser.parse_args()
 
 
@@ -65,8 +67,9 @@ def main() -> int:
     arguments = parse_arguments()
     try:
         for name, (scene, options) in pictures().items():
-            print(name, flush=True)
-            render(name, scene, options, arguments)
+            if fnmatch(name, arguments.only):
+                print(name, flush=True)
+                render(name, scene, options, arguments)
     except (OSError, subprocess.CalledProcessError) as error:
         print(f"make_gallery.py: {error}", file=sys.stderr)
         return 2
