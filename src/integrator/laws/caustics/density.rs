@@ -1,0 +1,4 @@
+//! .
+use crate::law::Law;
+/// These laws.
+pub const LAWS: &[Law] = &[];
