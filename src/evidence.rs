@@ -41,6 +41,7 @@ pub fn laws() -> impl Iterator<Item = &'static Law> {
         integrator::laws::glass::LAWS,
         integrator::laws::optics::LAWS,
         integrator::laws::caustics::ball::LAWS,
+        integrator::laws::caustics::profile::LAWS,
         integrator::laws::caustics::cylinder::LAWS,
         integrator::laws::caustics::pane::LAWS,
         integrator::laws::caustics::density::LAWS,

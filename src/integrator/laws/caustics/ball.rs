@@ -65,7 +65,7 @@ const AXIS: DVec3 = DVec3::new(0.48, -0.6, 0.64);
 const LIGHT: Rgb = Rgb::new(1.0, 2.5, 0.4);
 
 /// A ball of radius 1, in whose units powers are `RADIUS²` times as small as those of parallel light.
-const SUN: Ball = Ball { radius: 1.0, index: 1.5, light: Light::Collimated { irradiance: 1.0 } };
+pub(super) const SUN: Ball = Ball { radius: 1.0, index: 1.5, light: Light::Collimated { irradiance: 1.0 } };
 
 fn lamp(distance: f64) -> Ball {
     Ball { radius: 1.0, index: 1.5, light: Light::Point { intensity: 1.0, distance } }
@@ -87,7 +87,7 @@ fn light(ball: &Ball) -> String {
 }
 
 /// The power in the theory's units to that in the scene's, for a channel.
-fn unit(ball: &Ball, channel: usize) -> f64 {
+pub(super) fn unit(ball: &Ball, channel: usize) -> f64 {
     match ball.light {
         Light::Collimated { .. } => LIGHT[channel] * RADIUS * RADIUS,
         Light::Point { distance, .. } => LIGHT[channel] * distance * distance,
@@ -107,7 +107,7 @@ fn foot(plane: f64) -> DVec3 {
 }
 
 /// A ball with its light over a black floor.
-fn over_floor(ball: &Ball, plane: f64) -> Scene {
+pub(super) fn over_floor(ball: &Ball, plane: f64) -> Scene {
     let (origin, up) = (foot(plane), AXIS.any_orthonormal_vector());
     let floor = format!(
         r#"<shape type="rectangle"><transform name="to_world"><scale value="100"/>
@@ -121,7 +121,7 @@ fn over_floor(ball: &Ball, plane: f64) -> Scene {
 }
 
 /// Photons of the order 1, with where they land: the way from the axis, in radii.
-fn landed(harvest: &Harvest, plane: f64) -> impl Iterator<Item = (DVec3, &Photon)> {
+pub(super) fn landed(harvest: &Harvest, plane: f64) -> impl Iterator<Item = (DVec3, &Photon)> {
     let way = move |p: &[f32; 3]| {
         let way = (DVec3::from_array(p.map(f64::from)) - foot(plane)) / RADIUS;
         way.reject_from_normalized(AXIS)

@@ -4,6 +4,7 @@ pub mod ball;
 pub mod cylinder;
 pub mod density;
 pub mod pane;
+pub mod profile;
 pub mod theory;
 
 use super::{Setup, path};
