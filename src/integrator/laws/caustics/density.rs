@@ -9,7 +9,10 @@ use glam::{DVec2, DVec3};
 
 use super::{
     Lots, column, scene,
-    theory::density::{Photons, Prediction, point_light},
+    theory::{
+        density::{self, Photons, Prediction, point_light},
+        numeric::integral,
+    },
 };
 use crate::{
     integrator::laws::ground,
@@ -22,6 +25,13 @@ use crate::{
 
 /// These laws.
 pub const LAWS: &[Law] = &[
+    Law {
+        name: "photon-map/kernels",
+        claim: "Kernels count a photon once in all, and have the second moments and the mean squares that give the bias r² ∇²E / 8, \
+                3/40 and 1/12 and the variance E φ / πr² times 1, 3/2 and 4/3: constant, cone and Epanechnikov.",
+        source: "∫ K = 1, ∫ K d²/4, ∫ K²; Silverman 1986, section 4.3",
+        check: kernels,
+    },
     Law {
         name: "photon-map/bias",
         claim: "Estimates of the irradiance below a point light have the mean and the variance that finitely many photons must give \
@@ -95,6 +105,26 @@ fn means(estimates: &[Vec<f64>], centres: &[f64], exponent: i32) -> Vec<f64> {
         estimates.iter().map(|x| (x - centre).powi(exponent)).sum::<f64>() / estimates.len() as f64
     };
     estimates.iter().zip(centres).map(mean).collect()
+}
+
+fn kernels(_: Effort) -> Vec<Finding> {
+    const RADIUS: f64 = 1.7;
+    let mut findings = Vec::new();
+    for (name, kernel) in Kernel::ALL {
+        let density = |r: f64| kernel.density(r * r, RADIUS * RADIUS);
+        let over_disc = |f: &dyn Fn(f64) -> f64| integral(|r| TAU * r * f(r), [0.0, RADIUS]);
+        // E has the mean E + d²/4 ∇²E on a circle.
+        let bias = over_disc(&|r| density(r) * 0.25 * r * r) / RADIUS.powi(2);
+        let variance = over_disc(&|r| density(r).powi(2)) * PI * RADIUS.powi(2);
+        for (what, found, expected) in [
+            ("sum", over_disc(&density), 1.0),
+            ("bias", bias, density::bias(kernel)),
+            ("variance", variance, density::variance(kernel)),
+        ] {
+            findings.push(Finding::value(format!("{name}, {what}"), found, expected, 1e-12));
+        }
+    }
+    findings
 }
 
 fn moments(effort: Effort) -> Vec<Finding> {
