@@ -47,6 +47,21 @@ pub struct Finding {
     pub subject: String,
     /// The number.
     pub measured: Measured,
+    /// What it sums up, for a drawing.
+    pub curve: Option<Curve>,
+}
+
+/// Measurements along a line with what they should be.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Curve {
+    /// What runs from left to right, and what upwards.
+    pub axes: [&'static str; 2],
+    /// Points on the line of what should be, from left to right; all values above 0.
+    pub expected: Vec<[f64; 2]>,
+    /// Places with what was found there, and its standard error.
+    pub found: Vec<[f64; 3]>,
+    /// A place to mark.
+    pub mark: Option<f64>,
 }
 
 /// A number with what it is held against.
@@ -73,7 +88,7 @@ pub enum Measured {
 impl Finding {
     /// A value that should be within a bound of another.
     pub fn value(subject: impl Into<String>, value: f64, expected: f64, bound: f64) -> Self {
-        Self { subject: subject.into(), measured: Measured::Value { value, expected, bound } }
+        Self { subject: subject.into(), measured: Measured::Value { value, expected, bound }, curve: None }
     }
 
     /// A number that should be 0 within a bound: the worst of many errors.
@@ -83,7 +98,13 @@ impl Finding {
 
     /// A test.
     pub fn test(subject: impl Into<String>, statistic: impl Into<String>, p: f64) -> Self {
-        Self { subject: subject.into(), measured: Measured::Test { statistic: statistic.into(), p } }
+        Self { subject: subject.into(), measured: Measured::Test { statistic: statistic.into(), p }, curve: None }
+    }
+
+    /// The same, with a drawing.
+    #[must_use]
+    pub fn drawn(self, curve: Curve) -> Self {
+        Self { curve: Some(curve), ..self }
     }
 
     /// A test of whether samples have a mean that is known exactly; a comparison if they do not scatter.

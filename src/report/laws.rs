@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{anchor, mark::Mark, number};
+use super::{anchor, mark::Mark, number, plot};
 use crate::{evidence::Row, law::Measured};
 
 /// A law with more findings than this is folded up.
@@ -29,6 +29,8 @@ struct LawView {
     failed: usize,
     folded: bool,
     worst: usize,
+    /// Drawings in SVG.
+    plots: Vec<String>,
     findings: Vec<FindingView>,
 }
 
@@ -66,6 +68,7 @@ impl LawView {
         rows.sort_by_key(|row| row.passed);
         let failed = rows.iter().filter(|row| !row.passed).count();
         let worst = (0..rows.len()).max_by(|&a, &b| severity(rows[a]).total_cmp(&severity(rows[b])));
+        let drawn = |row: &&Row| Some(plot::draw(&row.finding.subject, row.finding.curve.as_ref()?));
         let law = rows[0];
         Self {
             name: law.name.clone(),
@@ -74,6 +77,7 @@ impl LawView {
             reproduce: law.reproduce.clone(),
             mark: Mark::of_finding(failed == 0),
             failed,
+            plots: rows.iter().filter_map(drawn).collect(),
             folded: rows.len() > HANDFUL,
             worst: worst.unwrap_or_default(),
             findings: rows.iter().enumerate().map(|(i, row)| FindingView::new(row, format!("{base}-{i}"))).collect(),

@@ -6,7 +6,7 @@
 //! | the laws, by the first part of their names | `laws`, `laws.html` |
 //! | the scenes | `scenes`, `scene.html` |
 //! | pictures as data URIs, with the ramps of their legends | `pictures` |
-//! | p-values of the tiles | `histogram` |
+//! | p-values of the tiles; measurements over their theory | `histogram`, `plot` |
 //! | numbers as text; pass and fail as symbol and word | `number`; `mark`, `mark.html` |
 //! | `reports/verify.md` and `reports/verify.json` | `summary` |
 
@@ -16,6 +16,7 @@ mod mark;
 mod number;
 mod page;
 mod pictures;
+mod plot;
 #[cfg(test)]
 mod sample;
 mod scenes;

@@ -63,7 +63,7 @@ impl Described for PhotonMapper {
                 <integer name="global_photons" value="100000"/><integer name="lookup_size" value="0"/>
                 <float name="global_lookup_radius" value="0.1"/></integrator>"#,
         ],
-        evidence: &["photon-map/*"],
+        evidence: &["photon-map/*", "caustic/*"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

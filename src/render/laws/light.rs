@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{Pass, Renderer};
 use crate::{
-    integrator::Overrides,
+    integrator::{Overrides, laws::caustics::pane},
     law::{Effort, Finding, Law},
     node::xml,
     stats::{Estimate, Moments, equivalence::TO_RADIUS_ZERO},
@@ -26,6 +26,12 @@ pub const LAWS: &[Law] = &[
                 sum to the whole, with radii extrapolated to 0; direct and indirect light from the map too.",
         source: "bias of a density estimate is even in the radius; least squares in r² on the same photons",
         check: split,
+    },
+    Law {
+        name: "caustic/pane-unseen",
+        claim: "Neither path tracing nor light tracing shows anything of a floor that a point lights and a pinhole sees through glass.",
+        source: "no connection goes through glass, and no ray meets a point",
+        check: unseen,
     },
 ];
 
@@ -208,6 +214,16 @@ fn glass_room() -> String {
                <bsdf type="conductor"><rgb name="specular_reflectance" value="0.9, 0.8, 0.6"/></bsdf></shape>
              <shape type="sphere"><point name="center" x="0.6" y="-0.6" z="0.3"/><float name="radius" value="0.3"/>
                <bsdf type="metal"><rgb name="reflectance" value="0.6, 0.7, 0.9"/><float name="roughness" value="0.9"/></bsdf></shape>"#
+}
+
+fn unseen(_: Effort) -> Vec<Finding> {
+    let dark = |integrator| {
+        let renderer = renderer(&pane::scene(), &pinhole(FILTER), integrator, &[]);
+        let light: f64 =
+            renderer.render(Pass { seed: 95, number: 0, samples: 64 }, &|_| {}).means().as_flattened().iter().sum();
+        Finding::value(integrator, light, 0.0, 0.0)
+    };
+    ["path", "ptracer"].map(dark).into()
 }
 
 fn split(effort: Effort) -> Vec<Finding> {

@@ -10,52 +10,25 @@ use glam::DVec2;
 use statrs::distribution::{Beta, Continuous as _};
 
 use super::numeric::{bisect, integral};
+use crate::photon::Kernel;
 
-/// How much a photon counts by its distance.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kernel {
-    /// All alike.
-    Constant,
-    /// Less, linearly.
-    Cone,
-    /// Less, quadratically.
-    Epanechnikov,
+/// The bias of an estimate over `r² ∇²E`, for small radii `r`.
+#[must_use]
+pub fn bias(kernel: Kernel) -> f64 {
+    match kernel {
+        Kernel::Constant => 1.0 / 8.0,
+        Kernel::Cone => 3.0 / 40.0,
+        Kernel::Epanechnikov => 1.0 / 12.0,
+    }
 }
 
-impl Kernel {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Constant, Self::Cone, Self::Epanechnikov];
-
-    /// The kernel at a distance up to its radius, per area; its integral over the disc is 1.
-    #[must_use]
-    pub fn value(self, distance: f64, radius: f64) -> f64 {
-        let u = distance / radius;
-        let shape = match self {
-            Self::Constant => 1.0,
-            Self::Cone => 3.0 * (1.0 - u),
-            Self::Epanechnikov => 2.0 * (1.0 - u * u),
-        };
-        shape / (PI * radius * radius)
-    }
-
-    /// The bias of an estimate over `r² ∇²E`, for small radii `r`.
-    #[must_use]
-    pub fn bias(self) -> f64 {
-        match self {
-            Self::Constant => 1.0 / 8.0,
-            Self::Cone => 3.0 / 40.0,
-            Self::Epanechnikov => 1.0 / 12.0,
-        }
-    }
-
-    /// The variance of an estimate over `E φ / (π r²)` with photons of the power φ, for small radii `r`.
-    #[must_use]
-    pub fn variance(self) -> f64 {
-        match self {
-            Self::Constant => 1.0,
-            Self::Cone => 3.0 / 2.0,
-            Self::Epanechnikov => 4.0 / 3.0,
-        }
+/// The variance of an estimate over `E φ / (π r²)` with photons of the power φ, for small radii `r`.
+#[must_use]
+pub fn variance(kernel: Kernel) -> f64 {
+    match kernel {
+        Kernel::Constant => 1.0,
+        Kernel::Cone => 3.0 / 2.0,
+        Kernel::Epanechnikov => 4.0 / 3.0,
     }
 }
 
@@ -118,7 +91,9 @@ impl<F: Fn(DVec2) -> f64> Photons<F> {
 
     /// The integral of the irradiance times a power of the kernel.
     fn weighted(&self, kernel: Kernel, exponent: i32, place: DVec2, radius: f64) -> f64 {
-        let ring = |r: f64| TAU * r * kernel.value(r, radius).powi(exponent) * ring_mean(&self.irradiance, place, r);
+        let ring = |r: f64| {
+            TAU * r * kernel.density(r * r, radius * radius).powi(exponent) * ring_mean(&self.irradiance, place, r)
+        };
         integral(ring, [0.0, radius])
     }
 

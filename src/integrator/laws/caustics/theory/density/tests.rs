@@ -16,30 +16,17 @@ fn lamp(count: u32) -> Photons<impl Fn(DVec2) -> f64> {
 }
 
 #[test]
-fn kernels_have_the_moments_that_are_claimed() {
-    for kernel in Kernel::ALL {
-        let moment = |f: &dyn Fn(f64) -> f64| integral(|r| TAU * r * f(r), [0.0, 1.7]);
-        let norm = moment(&|r| kernel.value(r, 1.7));
-        // E(x + y) has the mean E + r²/4 ∇²E on a circle.
-        let bias = moment(&|r| kernel.value(r, 1.7) * r * r / 4.0) / 1.7_f64.powi(2);
-        let variance = moment(&|r| kernel.value(r, 1.7).powi(2)) * PI * 1.7_f64.powi(2);
-        let errors = [norm - 1.0, bias - kernel.bias(), variance - kernel.variance()];
-        assert!(errors.iter().all(|error| error.abs() < 1e-14), "{kernel:?}: {errors:?}");
-    }
-}
-
-#[test]
 fn small_radii_have_the_bias_and_the_variance_of_the_expansion() {
     let (photons, place) = (lamp(1000), DVec2::new(0.3, 0.4));
     let irradiance = (photons.irradiance)(place);
-    for kernel in Kernel::ALL {
+    for (_, kernel) in Kernel::ALL {
         let r = 0.01;
         let found = photons.within(kernel, place, r);
         let bias = (found.mean - irradiance) / (r * r * laplacian(3.0, 0.8, 0.5));
         let variance = found.variance * 1000.0 * PI * r * r / (irradiance * photons.power);
         // The next terms are of the order r² / h² and of the share of the photons in the disc.
-        assert!((bias / kernel.bias() - 1.0).abs() < 1e-3, "{kernel:?}: {bias}");
-        assert!((variance / kernel.variance() - 1.0).abs() < 1e-3, "{kernel:?}: {variance}");
+        assert!((bias / super::bias(kernel) - 1.0).abs() < 1e-3, "{kernel:?}: {bias}");
+        assert!((variance / super::variance(kernel) - 1.0).abs() < 1e-3, "{kernel:?}: {variance}");
     }
 }
 
@@ -82,7 +69,7 @@ fn nearest_photons_on_an_even_plane_have_no_bias() {
         let expected = (k - 1.0) * (n - 1.0) / ((k - 2.0) * n) - 1.0;
         assert!((found.variance / 4.0 / expected - 1.0).abs() < 1e-6, "{k}: {}", found.variance);
     }
-    for kernel in Kernel::ALL {
+    for (_, kernel) in Kernel::ALL {
         assert!((even(1000).nearest(kernel, DVec2::ZERO, 10).mean / 2.0 - 1.0).abs() < 1e-9, "{kernel:?}");
     }
 }
@@ -118,13 +105,15 @@ fn simulated_photons_agree() {
         distances.sort_by(f64::total_cmp);
         let nearest = distances[k as usize - 1];
         let inside = distances.partition_point(|&d| d < radius);
-        for (j, kernel) in Kernel::ALL.into_iter().enumerate() {
-            let sum = |radius, many| distances[..many].iter().map(|&d| photon * kernel.value(d, radius)).sum::<f64>();
+        for (j, (_, kernel)) in Kernel::ALL.into_iter().enumerate() {
+            let sum = |radius, many| {
+                distances[..many].iter().map(|&d| photon * kernel.density(d * d, radius * radius)).sum::<f64>()
+            };
             found[0][j].push(sum(radius, inside));
             found[1][j].push(sum(nearest, k as usize - 1));
         }
     }
-    for (j, kernel) in Kernel::ALL.into_iter().enumerate() {
+    for (j, (_, kernel)) in Kernel::ALL.into_iter().enumerate() {
         agrees(&format!("within, {kernel:?}"), &found[0][j], photons.within(kernel, place, radius));
         agrees(&format!("nearest, {kernel:?}"), &found[1][j], photons.nearest(kernel, place, k));
     }
