@@ -190,7 +190,7 @@ pub fn verify(
                 tell(&name);
                 scenes.push(compare_scene(root, name, scene, effort)?);
             }
-        } else if is_asked(EQUIVALENCE.name) {
+        } else {
             tell(EQUIVALENCE.name);
             findings.extend(photon_mapped(root, &name, &scene, effort)?.into_iter().map(|found| (&EQUIVALENCE, found)));
         }

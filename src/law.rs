@@ -127,9 +127,7 @@ impl Finding {
         let statistic = format!("{:.6} and {:.6}, ± {:.1e}, t = {:.2}", one.mean, other.mean, test.std_error, test.t);
         Self::test(subject, statistic, test.p)
     }
-}
 
-impl Finding {
     /// Whether two lots of samples have means that are equivalent: equal within a share of the other's, at the level of
     /// [`equivalence`](crate::stats::equivalence). The value is how far apart they may be at that level.
     pub fn equivalent(subject: impl Into<String>, ours: &Estimate, other: &Estimate, bound: f64) -> Self {

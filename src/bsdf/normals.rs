@@ -32,6 +32,10 @@ impl Model for Normals {
         false
     }
 
+    fn has_delta(&self) -> bool {
+        false
+    }
+
     fn eval_cos(&self, _query: &Query, _wo: DVec3) -> Rgb {
         Rgb::ZERO
     }

@@ -189,7 +189,24 @@ fn power(effort: Effort) -> Vec<Finding> {
         }
         findings.push(Finding::error(format!("{}, length of directions", subject.name), stretch, 1e-12));
     }
+    findings.extend(distant_powers());
     findings
+}
+
+/// What comes from far away through the ball around a scene, in closed form.
+fn distant_powers() -> [Finding; 2] {
+    let power = |element: &str| {
+        let document = xml::parse_element(element).expect("the element is valid XML");
+        let emitter = Emitter::read(&document, document.root).expect("the element is an emitter");
+        emitter.power(None, &UNAIMED).y
+    };
+    let section = PI * SURROUNDINGS.radius * SURROUNDINGS.radius;
+    let sun = power(r#"<emitter type="directional"><rgb name="irradiance" value="1, 0.7, 2"/></emitter>"#);
+    let sky = power(r#"<emitter type="constant"><rgb name="radiance" value="1, 0.3, 2"/></emitter>"#);
+    [
+        Finding::value("directional, closed form", sun, 0.7 * section, 1e-9),
+        Finding::value("constant, closed form", sky, 0.3 * 4.0 * PI * section, 1e-9),
+    ]
 }
 
 /// A ball that light is aimed at, near and far, and one around the emitters that lie in it.

@@ -150,8 +150,8 @@ pub trait Model {
     /// draw carries nothing.
     fn emit(&self, shape: Option<&Shape>, beam: &Beam, u: [DVec2; 2]) -> Option<Emission>;
 
-    /// The power in W that it sends into the scene, as if it were not aimed: exact but for textures and sheared spot lights, where it is good
-    /// enough to choose lights by.
+    /// The power in W that it sends into the scene, as if it were not aimed: exact but for textures and sheared spot
+    /// lights, where it is good enough to choose lights by.
     fn power(&self, shape: Option<&Shape>, beam: &Beam) -> Rgb;
 }
 

@@ -84,9 +84,7 @@ impl Spot {
             (self.cutoff - angle) / (self.cutoff - self.beam_width)
         }
     }
-}
 
-impl Spot {
     /// Draws a direction of its cone.
     fn within_cone(&self, u: DVec2) -> (DVec3, PerSolidAngle) {
         let one_minus_cos = 2.0 * (0.5 * self.cutoff).sin().powi(2);

@@ -16,7 +16,7 @@ use crate::{
 
 /// Light tracing: paths start at the lights, and each of their vertices is connected with the sensor. One such path for
 /// each sample of each pixel; it shows `L(S|D)*DE`, and lights themselves, `LE`, by a ray of the pixel's own. What a
-/// mirror or glass shows to the sensor stays black, for no connection finds it.
+/// mirror or glass shows to the sensor stays black, for no connection finds it. Surfaces that glow are seen, and light nothing.
 ///
 /// It is the adjoint of [`Path`](super::Path), and good at what that is bad at: caustics, of points above all.
 #[derive(Clone, Debug)]

@@ -40,13 +40,7 @@ impl Site {
     /// The surface at a vertex, from the side that it is seen from.
     #[must_use]
     pub fn new(scene: &Scene, vertex: &Vertex) -> Self {
-        let n = vertex.surface.n;
-        Self {
-            p: vertex.surface.p,
-            n: if n.dot(vertex.back) < 0.0 { -n } else { n },
-            patch: scene.patch(vertex),
-            polygon: scene.polygon(vertex),
-        }
+        Self { p: vertex.surface.p, n: vertex.facing(), patch: scene.patch(vertex), polygon: scene.polygon(vertex) }
     }
 
     /// Whether a photon arrived at this side of this surface, where it is not turned by more than 45 degrees.

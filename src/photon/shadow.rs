@@ -1,4 +1,3 @@
-use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{Kernel, LONGEST, Lookup, Map, Photon, map::Site};
@@ -91,8 +90,7 @@ fn pierce(scene: &Scene, mut ray: Ray, mut show: impl FnMut(&Vertex, bool)) {
 
 /// A photon that names a light by its depth, and by its class whether it has arrived.
 fn mark(scene: &Scene, vertex: &Vertex, light: usize, is_first: bool) -> Photon {
-    let n: DVec3 = vertex.surface.n;
-    let n = if n.dot(vertex.back) < 0.0 { -n } else { n };
     let class = if is_first { PathClass::Direct } else { PathClass::Indirect };
-    Photon::new(Rgb::ZERO, vertex.back, n, scene.patch(vertex), light.min(LONGEST as usize) as u32, class)
+    let light = light.min(LONGEST as usize) as u32;
+    Photon::new(Rgb::ZERO, vertex.back, vertex.facing(), scene.patch(vertex), light, class)
 }

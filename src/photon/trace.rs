@@ -93,6 +93,8 @@ pub struct Harvest {
     pub emitted: u64,
     /// The power in W that was emitted.
     pub power: Rgb,
+    /// The longest path that was followed, in segments.
+    pub longest: u32,
 }
 
 impl Harvest {
@@ -111,7 +113,12 @@ impl Harvest {
     #[must_use]
     pub fn warning(&self, aim: Aim) -> Option<String> {
         let emitted = self.emitted;
-        self.photons.is_empty().then(|| match aim {
+        // Without a segment beyond that to the eye there is nothing to keep.
+        if self.longest == 0 || aim == Aim::Specular && self.longest == 1 || !self.photons.is_empty() {
+            return None;
+        }
+        Some(match aim {
+            Aim::Everywhere if self.power == Rgb::ZERO => format!("none of {emitted} photons carried any light"),
             Aim::Everywhere => {
                 format!(
                     "none of {emitted} photons met a surface that could keep it: there is no light in the global map"
@@ -156,7 +163,7 @@ pub fn harvest(scene: &Scene, aim: Aim, emitted: u64, depths: Depths, address: [
     let batches: Vec<Harvest> = (0..emitted.div_ceil(BATCH)).into_par_iter().map(batch).collect();
     let count = batches.iter().map(|batch| batch.photons.len()).sum();
     let (positions, photons) = (Vec::with_capacity(count), Vec::with_capacity(count));
-    let mut all = Harvest { positions, photons, emitted, power: Rgb::ZERO };
+    let mut all = Harvest { positions, photons, emitted, power: Rgb::ZERO, longest: depths.max };
     for batch in batches {
         all.positions.extend(batch.positions);
         all.photons.extend(batch.photons);
@@ -167,8 +174,6 @@ pub fn harvest(scene: &Scene, aim: Aim, emitted: u64, depths: Depths, address: [
 
 fn photon(scene: &Scene, arrival: &Arrival<'_>, share: f64) -> Photon {
     let vertex = &arrival.vertex;
-    let n = vertex.surface.n;
-    // The side on which it arrived.
-    let n = if n.dot(vertex.back) < 0.0 { -n } else { n };
-    Photon::new(share * arrival.flux, vertex.back, n, scene.patch(vertex), arrival.depth, arrival.before.class())
+    let (depth, class) = (arrival.depth, arrival.before.class());
+    Photon::new(share * arrival.flux, vertex.back, vertex.facing(), scene.patch(vertex), depth, class)
 }

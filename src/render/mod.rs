@@ -68,6 +68,11 @@ impl Renderer {
                 if self.scene.has_lights() { "the scene's lights have no power" } else { "the scene has no light" };
             warnings.push(format!("{what}: the image will be black"));
         }
+        // Both follow light from emitters, of which surfaces that glow are none.
+        if self.scene.glows() && (self.integrator.traces_light() || !self.integrator.has_variance()) {
+            let what = "surfaces that glow (the bsdf normals, ambient of phong) are seen, but send out no photons";
+            warnings.push(format!("{what}: not all that they light is shown"));
+        }
         if self.integrator.traces_light() && !self.scene.has_smooth() {
             let what = "every surface scatters into single directions, in which no light can be traced to the sensor";
             warnings.push(format!("{what}: only lights themselves are seen"));

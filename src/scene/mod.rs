@@ -72,6 +72,16 @@ pub struct Vertex {
     pub part: usize,
 }
 
+impl Vertex {
+    /// The unit normal of the true surface, on the side that the ray came from.
+    #[inline]
+    #[must_use]
+    pub fn facing(&self) -> DVec3 {
+        let n = self.surface.n;
+        if n.dot(self.back) < 0.0 { -n } else { n }
+    }
+}
+
 impl Scene {
     /// The first point that a ray meets.
     #[inline]
@@ -297,7 +307,10 @@ impl Scene {
     /// Whether anything shines.
     #[must_use]
     pub fn shines(&self) -> bool {
-        self.glows || self.power > 0.0 || self.sky(DVec3::Z) != Rgb::ZERO
+        // A ball of any size, for there may be nothing of finite size to shine on.
+        let beam = Beam { ball: Ball { centre: DVec3::ZERO, radius: 1.0 }, before: 1.0, is_aimed: false };
+        let shines = |light: &Light| light.emitter.power(self.shape_of(light), &beam) != Rgb::ZERO;
+        self.glows || self.lights.iter().any(shines)
     }
 
     /// The luminous part of the power in W that all lights send into the scene together.

@@ -210,9 +210,7 @@ impl Projection {
         let ray = Ray::new(self.to_world.transform_point3(start), self.to_world.transform_vector3(unit));
         Ray { t_max: (self.far - self.near) * (length * per_depth), ..ray }
     }
-}
 
-impl Projection {
     /// How a point is seen through a local origin on the lens, if all rays through the film at depth 1 times `focus`
     /// meet there.
     #[inline]

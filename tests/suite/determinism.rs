@@ -61,7 +61,7 @@ const FOLLOWING_LIGHT: [(&str, &str); 6] = [
     ("ptracer", ""),
     ("photonmapper", "direct=traced indirect=final_gather"),
     ("photonmapper", "direct=traced indirect=map"),
-    ("photonmapper", "direct=map indirect=final_gather gather_importance=false"),
+    ("photonmapper", "direct=map indirect=final_gather gather_importance=true"),
     ("photonmapper", "direct=map indirect=map lookup_size=0"),
     ("photonmapper", "direct=shadow_photons indirect=final_gather gather_samples=2"),
 ];

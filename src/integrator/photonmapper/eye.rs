@@ -73,7 +73,7 @@ impl Eye<'_> {
             }
             let junction = Junction::new(scene, vertex);
             if depth == 1 && self.settings.shows_raw {
-                raw = self.estimate(&self.maps.global, &self.maps.global_lookup, &junction, |_| true);
+                raw = walk.throughput * self.estimate(&self.maps.global, &self.maps.global_lookup, &junction, |_| true);
             }
             let mut found = Parts::default();
             let further = self.part(&junction, depth, numbers, &mut found);

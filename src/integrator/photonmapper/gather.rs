@@ -42,7 +42,7 @@ impl Eye<'_> {
         }
         let mut further = None;
         for number in 0..rays.max(u32::from(junction.bsdf.has_delta())) {
-            let Some(Draw { mut sample, density }) = draw(junction, guide.as_ref(), numbers) else { continue };
+            let Some(Draw { sample, density }) = draw(junction, guide.as_ref(), numbers) else { continue };
             if sample.lobe != Lobe::Smooth {
                 if number == 0 {
                     further = Some(sample);
@@ -52,10 +52,11 @@ impl Eye<'_> {
             if rays == 0 {
                 continue;
             }
-            sample.weight /= f64::from(rays);
+            let mut of_ray = Parts::default();
             let weight =
                 |by_light: PerSolidAngle| power_heuristic(PerSolidAngle(f64::from(rays) * density.0), by_light);
-            self.follow(junction, &sample, depth + 1, meets_lights.then_some(&weight), numbers, found);
+            self.follow(junction, &sample, depth + 1, meets_lights.then_some(&weight), numbers, &mut of_ray);
+            found.add_all(&of_ray, 1.0 / f64::from(rays));
         }
         further
     }

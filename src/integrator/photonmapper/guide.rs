@@ -31,16 +31,14 @@ impl Guide {
                 up_to[cell(local)] += luminance(photon.power()) * density;
             }
         });
-        let total: f64 = up_to.iter().sum();
-        if total == 0.0 {
-            return None;
-        }
-        let mut so_far = 0.0;
+        let mut total = 0.0;
         for power in &mut up_to {
-            so_far += *power / total;
-            *power = so_far;
+            total += *power;
+            *power = total;
         }
-        Some(Self { up_to, side })
+        // The last is then exactly 1.
+        up_to.iter_mut().for_each(|power| *power /= total);
+        (total > 0.0).then_some(Self { up_to, side })
     }
 
     /// The chance of a cell, and of all before it.

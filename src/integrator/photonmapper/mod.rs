@@ -28,16 +28,17 @@ use crate::{
 ///
 /// | layer | paths | found |
 /// |---|---|---|
-/// | `direct` | `LE`, `LDE` | by connections with lights, and by the rays of gathering that meet a light, weighted by the power heuristic; or from the global map; or like the first, but asking shadow photons before a ray is traced |
+/// | `direct` | `LE`, `LDE` | by connections with lights, and by the rays of gathering that meet a light, weighted by the power heuristic; or from the global map; or like the first, but without rays where shadow photons nearby are of one mind, which sharpens penumbras |
 /// | `specular` | `L(S\|D)*SE` | the other three, seen in a mirror or through glass |
 /// | `caustic` | `LS+DE` | from the caustic map alone |
 /// | `indirect` | `L(S\|D)*DS*DE` | by final gathering: rays that go on through mirrors and glass up to a surface that the global map tells the light of; or from the global map alone |
 ///
-/// Each path belongs to one part alone. A surface that is not there (`null`) counts as `S`.
+/// Each path belongs to one part alone. A surface that is not there (`null`) counts as `S`. Surfaces that glow send out no
+/// photons.
 ///
 /// Estimates are biased: they are means over discs. With `lookup_size` k the disc is that of the k nearest photons, and
 /// the k - 1 within it count, up to the greatest radius; with 0 it is always that radius. Photons count only on their own
-/// side of their own shape, and near the border of a rectangle or of a cube's face the disc is what lies within it; other
+/// side of their own shape (told by 14 bits of a hash), and near the border of a rectangle or of a cube's face the disc is what lies within it; other
 /// shapes look dark within a radius of their border. In Mitsuba 0.6 the numbers of photons are those that are stored;
 /// here they are those that are emitted, which powers are divided by.
 ///
@@ -91,6 +92,11 @@ impl Parts {
     fn add(&mut self, class: PathClass, light: Rgb) {
         self.0[class as usize] += light;
     }
+
+    /// Adds all parts of another, times a factor.
+    fn add_all(&mut self, other: &Self, factor: f64) {
+        self.0.iter_mut().zip(other.0).for_each(|(sum, light)| *sum += factor * light);
+    }
 }
 
 impl Model for PhotonMapper {
@@ -101,7 +107,7 @@ impl Model for PhotonMapper {
 
     fn check(&self, scene: &Scene) -> Result<(), String> {
         if !scene.has_smooth() {
-            return Err("no surface can keep a photon, for all scatter into single directions".into());
+            return Err("no surface can keep a photon, for none scatters over more than single directions".into());
         }
         // Photons hold their power in f32.
         if scene.power() > MOST_POWER || scene.power() > 0.0 && scene.power() < LEAST_POWER {

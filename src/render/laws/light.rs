@@ -217,13 +217,16 @@ fn glass_room() -> String {
 }
 
 fn unseen(_: Effort) -> Vec<Finding> {
-    let dark = |integrator| {
+    let light = |integrator| -> f64 {
         let renderer = renderer(&pane::scene(), &pinhole(FILTER), integrator, &[]);
-        let light: f64 =
-            renderer.render(Pass { seed: 95, number: 0, samples: 64 }, &|_| {}).means().as_flattened().iter().sum();
-        Finding::value(integrator, light, 0.0, 0.0)
+        renderer.render(Pass { seed: 95, number: 0, samples: 64 }, &|_| {}).means().as_flattened().iter().sum()
     };
-    ["path", "ptracer"].map(dark).into()
+    let dark = |integrator| Finding::value(integrator, light(integrator), 0.0, 0.0);
+    let mut findings: Vec<_> = ["path", "ptracer"].map(dark).into();
+    // The sensor does look at the floor.
+    let is_lit = f64::from(light("photonmapper") > 1e-3);
+    findings.push(Finding::value("photonmapper, whether it shows light there", is_lit, 1.0, 0.0));
+    findings
 }
 
 fn split(effort: Effort) -> Vec<Finding> {
@@ -240,9 +243,10 @@ fn split(effort: Effort) -> Vec<Finding> {
         let parts = parts(&path, Pass { seed: 93, number, samples: 1024 });
         truth.iter_mut().zip(parts).for_each(|(moments, part)| moments.push(part));
     }
-    let ways: [(&str, [f64; 5], Given<'_>); 3] = [
+    let ways: [(&str, [f64; 5], Given<'_>); 4] = [
         ("traced and gathered", BOUNDS, &[]),
         ("all from the map", BOUNDS_OF_MAPS, &[("direct", "map"), ("indirect", "map")]),
+        ("shadow photons", BOUNDS_OF_MAPS, &[("direct", "shadow_photons"), ("indirect", "map")]),
         ("several rays with importance", BOUNDS, &[("gather_samples", "3"), ("gather_importance", "true")]),
     ];
     let mut findings = Vec::new();
@@ -257,5 +261,16 @@ fn split(effort: Effort) -> Vec<Finding> {
             findings.push(Finding::equivalent(subject, &estimate(&found[i]), &estimate(&truth[i]), bounds[i]));
         }
     }
+    findings.push(by_nearest(&scene, &sensor, &truth[4], passes));
     findings
+}
+
+/// The image of the default lookup, 50 photons of a map that is dense, as it is: its bias must be small.
+fn by_nearest(scene: &str, sensor: &str, truth: &Moments, passes: u64) -> Finding {
+    const BOUND: f64 = 0.03;
+    let params = [("max_depth", "6"), ("global_photons", "60000"), ("caustic_photons", "60000")];
+    let renderer = renderer(scene, sensor, "photonmapper", &params);
+    let sums = (0..passes).map(|number| parts(&renderer, Pass { seed: 96, number, samples: 32 })[4]);
+    let estimate = |moments| Estimate::from_moments(moments).expect("there are two passes or more");
+    Finding::equivalent("50 nearest, sum", &estimate(&sums.collect()), &estimate(truth), BOUND)
 }
