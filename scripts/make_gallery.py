@@ -23,7 +23,7 @@ SMALL_LAMP = ["-D", "lamp=0.12", "-D", "radiance=115, 101, 82", "--param", "caus
 OPTIONS = {
     "figure-7-shadows": {"": [], "-transparent": ["--param", "transparent_shadows=true"]},
     "figure-8-photons": {"": [*PHOTONS, *MAP], "-rendered": PHOTONS},
-    "figure-9-caustic": {"": [*PHOTONS, *SMALL_LAMP], "-map": [*PHOTONS, *SMALL_LAMP, "--layer", "caustic"]},
+    "figure-9-caustic": {"": [*PHOTONS, *SMALL_LAMP], "-map": [*PHOTONS, *SMALL_LAMP, "--layer", "caustic", "--exposure", "0"]},
     "figure-10-cognac": {"": [*PHOTONS, "--param", "caustic_photons=4000000"]},
 }
 

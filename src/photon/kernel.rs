@@ -20,12 +20,28 @@ impl Kernel {
     #[inline]
     #[must_use]
     pub fn density(self, distance_squared: f64, radius_squared: f64) -> f64 {
-        let share = (distance_squared / radius_squared).min(1.0);
-        let disc = 1.0 / (PI * radius_squared);
+        self.height(radius_squared) * self.shape(distance_squared / radius_squared)
+    }
+
+    /// The density in the middle of the disc, per m².
+    #[inline]
+    pub(super) fn height(self, radius_squared: f64) -> f64 {
+        let over_mean = match self {
+            Self::Constant => 1.0,
+            Self::Cone => 3.0,
+            Self::Epanechnikov => 2.0,
+        };
+        over_mean / (PI * radius_squared)
+    }
+
+    /// The density over that in the middle, by the square of the distance over that of the radius.
+    #[inline]
+    pub(super) fn shape(self, share: f64) -> f64 {
+        let share = share.min(1.0);
         match self {
-            Self::Constant => disc,
-            Self::Cone => 3.0 * (1.0 - share.sqrt()) * disc,
-            Self::Epanechnikov => 2.0 * (1.0 - share) * disc,
+            Self::Constant => 1.0,
+            Self::Cone => 1.0 - share.sqrt(),
+            Self::Epanechnikov => 1.0 - share,
         }
     }
 

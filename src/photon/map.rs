@@ -2,9 +2,13 @@ use std::num::NonZeroUsize;
 
 use glam::DVec3;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use rayon::prelude::*;
 
-use super::{Kernel, Photon, border::mass_within};
-use crate::scene::{Scene, Vertex};
+use super::{Kernel, Photon, border::mass_within, packed::surface_key};
+use crate::{
+    math::Aabb,
+    scene::{Scene, Vertex},
+};
 
 /// Photons in a tree.
 #[derive(Debug)]
@@ -33,6 +37,8 @@ pub struct Site {
     /// The unit normal of the true surface, on the side that is looked at.
     pub n: DVec3,
     patch: u32,
+    /// Of photons on this side of a flat surface.
+    key: u64,
     polygon: Option<[DVec3; 4]>,
 }
 
@@ -40,14 +46,15 @@ impl Site {
     /// The surface at a vertex, from the side that it is seen from.
     #[must_use]
     pub fn new(scene: &Scene, vertex: &Vertex) -> Self {
-        Self { p: vertex.surface.p, n: vertex.facing(), patch: scene.patch(vertex), polygon: scene.polygon(vertex) }
+        let (n, patch) = (vertex.facing(), scene.patch(vertex));
+        Self { p: vertex.surface.p, n, patch, key: surface_key(n, patch), polygon: scene.polygon(vertex) }
     }
 
     /// Whether a photon arrived at this side of this surface, where it is not turned by more than 45 degrees.
     #[inline]
     fn shares(&self, photon: &Photon) -> bool {
         const COS: f64 = std::f64::consts::FRAC_1_SQRT_2;
-        photon.is_on(self.patch) && photon.normal().dot(self.n) > COS
+        photon.is_at(self.key) || photon.is_on(self.patch) && photon.normal().dot(self.n) > COS
     }
 }
 
@@ -59,9 +66,15 @@ impl Map {
     #[must_use]
     pub fn new(positions: &[[f32; 3]], photons: Vec<Photon>) -> Self {
         assert_eq!(positions.len(), photons.len());
-        let tree = (!photons.is_empty())
-            .then(|| ImmutableKdTree::new_from_slice(positions).expect("finite points make a tree of any shape"));
-        Self { tree, photons }
+        if photons.is_empty() {
+            return Self { tree: None, photons };
+        }
+        // Neighbours in space are neighbours in memory, where an estimate finds them together.
+        let order = along_curve(positions);
+        let positions: Vec<_> = order.iter().map(|&index| positions[index as usize]).collect();
+        let photons = order.into_iter().map(|index| photons[index as usize]).collect();
+        let tree = ImmutableKdTree::new_from_slice(&positions).expect("finite points make a tree of any shape");
+        Self { tree: Some(tree), photons }
     }
 
     /// How many photons there are.
@@ -124,18 +137,48 @@ impl Map {
 /// Rounding may put a point of a border outside of it, where next to nothing of a kernel is left.
 const LEAST_MASS: f64 = 1e-3;
 
+/// The order of points along Morton's curve through their box, equal places by their numbers.
+fn along_curve(positions: &[[f32; 3]]) -> Vec<u32> {
+    let point = |position: &[f32; 3]| DVec3::from_array(position.map(f64::from));
+    let bounds = Aabb::around(positions.iter().map(point));
+    let steps = f64::from((1_u32 << 21) - 1) / bounds.extent().max(DVec3::splat(f64::MIN_POSITIVE));
+    let code = |(index, position): (usize, &[f32; 3])| {
+        let cell = ((point(position) - bounds.min) * steps).to_array().map(|x| spread(x as u64));
+        (cell[0] | cell[1] << 1 | cell[2] << 2, index as u32)
+    };
+    let mut codes: Vec<(u64, u32)> = positions.par_iter().enumerate().map(code).collect();
+    codes.par_sort_unstable();
+    codes.into_iter().map(|(_, index)| index).collect()
+}
+
+/// The lowest 21 bits of a number, each followed by two zeros.
+fn spread(x: u64) -> u64 {
+    const STEPS: [(u32, u64); 5] = [
+        (32, 0x001f_0000_0000_ffff),
+        (16, 0x001f_0000_ff00_00ff),
+        (8, 0x100f_00f0_0f00_f00f),
+        (4, 0x10c3_0c30_c30c_30c3),
+        (2, 0x1249_2492_4924_9249),
+    ];
+    STEPS.iter().fold(x & 0x001f_ffff, |x, (shift, mask)| (x | x << shift) & mask)
+}
+
 /// What photons count at a place, for a radius.
 struct Share<'s> {
     site: &'s Site,
     kernel: Kernel,
     radius_squared: f64,
-    /// What is left of the kernel within the border; computed when the first photon counts.
-    mass: Option<f64>,
+    per_radius_squared: f64,
+    /// What a photon in the middle counts, for as much of the kernel as lies within the border; computed when the first
+    /// photon counts.
+    height: Option<f64>,
 }
 
 impl<'s> Share<'s> {
     fn new(site: &'s Site, lookup: &Lookup, radius_squared: f32) -> Self {
-        Self { site, kernel: lookup.kernel, radius_squared: f64::from(radius_squared), mass: None }
+        let radius_squared = f64::from(radius_squared);
+        let per_radius_squared = radius_squared.recip();
+        Self { site, kernel: lookup.kernel, radius_squared, per_radius_squared, height: None }
     }
 
     #[inline]
@@ -143,17 +186,31 @@ impl<'s> Share<'s> {
         if !self.site.shares(photon) {
             return;
         }
+        let height = match self.height {
+            Some(height) => height,
+            None => *self.height.insert(self.height_within_border()),
+        };
+        show(photon, height * self.kernel.shape(f64::from(distance_squared) * self.per_radius_squared));
+    }
+
+    #[inline(never)]
+    fn height_within_border(&self) -> f64 {
         let (site, radius) = (self.site, self.radius_squared.sqrt());
-        let mass = *self.mass.get_or_insert_with(|| {
-            let mass = site.polygon.map_or(1.0, |polygon| mass_within(self.kernel, &polygon, site.p, radius));
-            mass.max(LEAST_MASS)
-        });
-        show(photon, self.kernel.density(f64::from(distance_squared), self.radius_squared) / mass);
+        let mass = site.polygon.map_or(1.0, |polygon| mass_within(self.kernel, &polygon, site.p, radius));
+        self.kernel.height(self.radius_squared) / mass.max(LEAST_MASS)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    #[test]
+    fn bits_are_spread_by_three() {
+        for bit in 0..21 {
+            assert_eq!(super::spread(1 << bit), 1 << (3 * bit));
+        }
+        assert_eq!(super::spread(u64::MAX).count_ones(), 21);
+    }
+
     use super::*;
     use crate::{math::Rgb, transport::PathClass};
 
@@ -163,7 +220,8 @@ mod tests {
         let photon = Photon::new(Rgb::ONE, DVec3::Z, DVec3::Z, 7, 1, PathClass::Direct);
         for p in [DVec3::ZERO, DVec3::new(-1e-9, -1e-9, 0.0), DVec3::new(0.5, -1e-6, 0.0)] {
             let map = Map::new(&[p.as_vec3().to_array()], vec![photon]);
-            let site = Site { p, n: DVec3::Z, patch: 7, polygon: Some(square) };
+            let key = surface_key(DVec3::Z, 7);
+            let site = Site { p, n: DVec3::Z, patch: 7, key, polygon: Some(square) };
             for radius in [1e-20, 1e-12, 1e-7, 0.1, 1e15] {
                 for (_, kernel) in Kernel::ALL {
                     let mut counts = Vec::new();

@@ -34,8 +34,7 @@ impl Photon {
     pub fn new(power: Rgb, direction: DVec3, normal: DVec3, patch: u32, depth: u32, class: PathClass) -> Self {
         let class = PathClass::ALL.iter().position(|known| *known == class).expect("all classes are known") as u64;
         let bits = encode(direction, DIRECTION_BITS)
-            | encode(normal, NORMAL_BITS) << NORMAL_AT
-            | (u64::from(patch) & ((1 << PATCH_BITS) - 1)) << PATCH_AT
+            | surface_key(normal, patch)
             | u64::from(depth.min(LONGEST)) << DEPTH_AT
             | class << CLASS_AT;
         Self { power: power.as_vec3().to_array(), bits: [bits as u32, (bits >> 32) as u32] }
@@ -79,6 +78,15 @@ impl Photon {
         self.field(PATCH_AT, PATCH_BITS) == u64::from(patch) & ((1 << PATCH_BITS) - 1)
     }
 
+    /// Whether it arrived at a patch and on a side that have this [`surface_key`].
+    #[inline]
+    #[must_use]
+    pub(super) fn is_at(&self, key: u64) -> bool {
+        const MASK: u64 = ((1 << (2 * NORMAL_BITS + PATCH_BITS)) - 1) << NORMAL_AT;
+        let bits = u64::from(self.bits[0]) | u64::from(self.bits[1]) << 32;
+        bits & MASK == key
+    }
+
     /// Segments from the light.
     #[inline]
     #[must_use]
@@ -98,6 +106,12 @@ impl Photon {
     pub fn class(&self) -> PathClass {
         PathClass::ALL[self.field(CLASS_AT, 2) as usize]
     }
+}
+
+/// A unit normal and the number of a patch, as photons hold them.
+#[must_use]
+pub(super) fn surface_key(normal: DVec3, patch: u32) -> u64 {
+    encode(normal, NORMAL_BITS) << NORMAL_AT | (u64::from(patch) & ((1 << PATCH_BITS) - 1)) << PATCH_AT
 }
 
 /// A unit vector as two numbers of so many bits: the octahedron `|x| + |y| + |z| = 1`, unfolded.
@@ -152,6 +166,8 @@ mod tests {
             prop_assert!(photon.normal().angle_between(normal) < NORMAL_ERROR);
             prop_assert!((photon.power() - Rgb::new(a, 2.0, 1e-9)).abs().max_element() < 1e-6);
             prop_assert!(photon.is_on(patch) && !photon.is_on(patch ^ 1));
+            prop_assert!(photon.is_at(surface_key(normal, patch)) && !photon.is_at(surface_key(normal, patch ^ 1)));
+            prop_assert!(!photon.is_at(surface_key(-normal, patch)));
             prop_assert_eq!(photon.depth(), depth.min(LONGEST));
             prop_assert_eq!(photon.class(), PathClass::ALL[class]);
         }

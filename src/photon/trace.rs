@@ -114,7 +114,7 @@ impl Harvest {
     pub fn warning(&self, aim: Aim) -> Option<String> {
         let emitted = self.emitted;
         // Without a segment beyond that to the eye there is nothing to keep.
-        if self.longest == 0 || aim == Aim::Specular && self.longest == 1 || !self.photons.is_empty() {
+        if self.longest == 0 || !self.photons.is_empty() {
             return None;
         }
         Some(match aim {

@@ -57,12 +57,14 @@ fn seeds_make_a_difference_and_threads_do_not_with_every_sampler() {
 }
 
 /// Integrators that follow light, with what makes their sums a matter of order.
-const FOLLOWING_LIGHT: [(&str, &str); 6] = [
+const FOLLOWING_LIGHT: [(&str, &str); 7] = [
     ("ptracer", ""),
     ("photonmapper", "direct=traced indirect=final_gather"),
     ("photonmapper", "direct=traced indirect=map"),
     ("photonmapper", "direct=map indirect=final_gather gather_importance=true"),
     ("photonmapper", "direct=map indirect=map lookup_size=0"),
+    // So many that the tree is built by several threads.
+    ("photonmapper", "direct=map indirect=map global_photons=150000"),
     ("photonmapper", "direct=shadow_photons indirect=final_gather gather_samples=2"),
 ];
 
@@ -76,7 +78,7 @@ fn threads_make_no_difference_to_light_that_is_followed() {
             let params: String = params.split_whitespace().map(|param| format!(" --param {param}")).collect();
             let few =
                 if name == "photonmapper" { " --param global_photons=9000 --param caustic_photons=9000" } else { "" };
-            let image = |options: &str| folder.render(&format!("--spp 3 --integrator {name}{params}{few} {options}"));
+            let image = |options: &str| folder.render(&format!("--spp 3 --integrator {name}{few}{params} {options}"));
             let one = image("--threads 1 --seed 5");
             for threads in [2, 7] {
                 assert!(
