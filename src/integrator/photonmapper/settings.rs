@@ -52,14 +52,14 @@ pub(super) const PARAMS: &[Param] = &[
     Param::optional(
         "global_lookup_radius",
         Kind::Float,
-        "1/20 of the scene's radius",
+        "1/20 of the scene's radius, or what two pixels see if that is more",
         "no photon of the global map is taken from farther away, in m",
     )
     .within(Range::LENGTH),
     Param::optional(
         "caustic_lookup_radius",
         Kind::Float,
-        "1/80 of the scene's radius",
+        "1/80 of the scene's radius, or what two pixels see if that is more",
         "no photon of the caustic map is taken from farther away, in m",
     )
     .within(Range::LENGTH),
