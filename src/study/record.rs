@@ -61,12 +61,6 @@ impl Record {
         self.0.push((name, field.into()));
     }
 
-    /// A field by its name.
-    #[cfg(test)]
-    pub(super) fn get(&self, name: &str) -> Option<&Field> {
-        self.0.iter().find(|(known, _)| *known == name).map(|(_, field)| field)
-    }
-
     fn json(&self) -> String {
         serde_json::to_string(self).expect("a record is plain data") + "\n"
     }
