@@ -141,13 +141,13 @@ fn gather(renderer: &Renderer, pass: Pass) -> Image {
     let bar = if std::io::stderr().is_terminal() { ProgressBar::new(total) } else { ProgressBar::hidden() };
     let style = ProgressStyle::with_template("{wide_bar} {percent}% {per_sec} samples, {eta} left");
     bar.set_style(style.expect("the template is right"));
-    let rendering = renderer.begin(pass);
-    let film = rendering.render(&|samples| bar.inc(samples));
+    let mut rendering = renderer.begin(pass);
+    rendering.advance(pass.samples, &|samples| bar.inc(samples));
     bar.finish_and_clear();
     let notes = rendering.notes();
     notes.facts.iter().for_each(|fact| eprintln!("{fact}"));
     super::warn(&notes.warnings);
-    film.image()
+    rendering.film().image()
 }
 
 fn replay(renderer: &Renderer, pass: Pass, [x, y, sample]: [u32; 3]) -> anyhow::Result<ExitCode> {
@@ -161,7 +161,7 @@ fn replay(renderer: &Renderer, pass: Pass, [x, y, sample]: [u32; 3]) -> anyhow::
     anyhow::ensure!(sample < pass.samples, "sample {sample} is not among the {} of a pixel", pass.samples);
     let mut values = vec![0.0; renderer.film().stride()];
     let mut path = splats::Path::default();
-    let rendering = renderer.begin(pass);
+    let mut rendering = renderer.begin(pass);
     super::warn(&rendering.notes().warnings);
     let radiance = rendering.sample((x, y), sample, &mut values, &mut path);
     say(format_args!("{:?} {:?} {:?}", radiance.x, radiance.y, radiance.z))?;
