@@ -3,6 +3,7 @@
 mod aov;
 mod depth;
 mod direct;
+mod eye_walk;
 pub mod laws;
 mod moment;
 mod path;
