@@ -57,7 +57,8 @@ impl Render {
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
         let document = self.source.read()?;
         let renderer = self.source.renderer(&document, self.integrator.clone())?;
-        let samples = self.spp.unwrap_or(renderer.scene.sensor.sampler.sample_count());
+        let asked = renderer.integrator.samples();
+        let samples = self.spp.or(asked).unwrap_or(renderer.scene.sensor.sampler.sample_count());
         let pass = Pass { seed: self.source.seed(&renderer.scene), number: 0, samples };
         if let Some(at) = self.replay {
             return replay(&renderer, pass, at);

@@ -1,11 +1,10 @@
 use super::{
-    Parts,
     maps::Maps,
     settings::{Direct, Settings},
 };
 use crate::{
     bsdf::{Model as _, Sample},
-    integrator::eye_walk::EyeWalk,
+    integrator::{eye_walk::EyeWalk, photons::Parts},
     math::{Ray, Rgb},
     photon::{Lookup, Map, Photon, Site},
     sampler::{Numbers as _, PathNumbers},

@@ -1,14 +1,9 @@
 use glam::DVec3;
 
-use super::{
-    Parts,
-    eye::Eye,
-    guide::Guide,
-    settings::Direct,
-};
+use super::{eye::Eye, guide::Guide, settings::Direct};
 use crate::{
     bsdf::{Lobe, Model as _, Sample},
-    integrator::eye_walk::EyeWalk,
+    integrator::{eye_walk::EyeWalk, photons::Parts},
     math::{PerSolidAngle, Ray, Rgb},
     photon::{Shade, Site},
     sampler::{Numbers as _, PathNumbers},
