@@ -8,7 +8,7 @@ use crate::{
     integrator::{Notes, Round},
     math::rng::hash,
     photon::{
-        Aim, Grid, harvest,
+        Aim, Grid, Harvest, batches,
         radius::{PixelRadius, of_pass},
     },
     scene::Scene,
@@ -52,17 +52,18 @@ impl Cast {
         let depths = Depths { max: settings.depths.max.saturating_sub(1), ..settings.depths };
         // No two passes share a number.
         let address = [round.seed, round.pass, hash(&[PHOTONS, u64::from(round.sample)])];
-        let harvest = harvest(scene, Aim::Everywhere, settings.photon_count, depths, address);
+        let harvest = batches(scene, Aim::Everywhere, settings.photon_count, depths, address);
         let radius = settings.typical_radius(scene) * radii.mean().sqrt();
         let photons = Grid::new(&harvest, 2.0 * radius);
         let fact = format!(
             "pass {}: {} photons of {} emitted, radii some {radius:.3e} m, {:.2} s",
             round.sample,
             photons.len(),
-            harvest.emitted,
+            settings.photon_count,
             start.elapsed().as_secs_f64()
         );
-        let notes = Notes { facts: vec![fact], warnings: harvest.warning(Aim::Everywhere).into_iter().collect() };
+        let warning = if photons.is_empty() { Harvest::join(harvest).warning(Aim::Everywhere) } else { None };
+        let notes = Notes { facts: vec![fact], warnings: warning.into_iter().collect() };
         let found = if matches!(radii, Radii::Pixels(_)) { pixels } else { 0 };
         Self { photons, radii, found: std::iter::repeat_with(AtomicU32::default).take(found).collect(), notes }
     }
