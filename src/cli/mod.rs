@@ -1,11 +1,15 @@
 //! The command line.
 
 mod compare;
+mod keeping;
+mod merge;
+mod outputs;
 mod photons;
 mod plugins;
 mod render;
 mod source;
 mod study;
+mod usage;
 mod verify;
 
 use std::{
@@ -27,7 +31,8 @@ const AFTER_HELP: &str = "Exit codes:
   0  good
   1  a verdict failed: an image differs, a row of verify or a prediction of a study does not hold, or there are too few
      samples to tell
-  2  bad input: one line on stderr says where and what; nothing is written";
+  2  bad input: one line on stderr says where and what; nothing is written
+  130  interrupted; what there was, is written";
 
 /// A deterministic, seeded light-transport laboratory: renders Mitsuba 3 scenes and proves what it renders.
 #[derive(Debug, Parser)]
@@ -41,6 +46,8 @@ pub(crate) struct Cli {
 enum Command {
     #[command(after_help = AFTER_HELP)]
     Render(render::Render),
+    #[command(after_help = AFTER_HELP)]
+    Merge(merge::Merge),
     #[command(after_help = AFTER_HELP)]
     Photons(photons::Photons),
     #[command(after_help = AFTER_HELP)]
@@ -57,6 +64,7 @@ impl Cli {
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
         match self.command {
             Command::Render(command) => command.run(),
+            Command::Merge(command) => command.run(),
             Command::Photons(command) => command.run(),
             Command::Compare(command) => command.run(),
             Command::Verify(command) => command.run(),

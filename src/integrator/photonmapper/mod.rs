@@ -10,10 +10,13 @@ use eye::Eye;
 use maps::Maps;
 use settings::{PARAMS, Settings};
 
-use super::{Model, Notes};
+use super::{
+    EyeRay, Model, Notes, Preparation, Round,
+    photons::{Parts, check_photons},
+};
 use crate::{
     film::LayerSpec,
-    math::{Ray, Rgb},
+    math::Rgb,
     node::{Category, Described, Params, Plugin, SceneError},
     photon::{Aim, Harvest},
     sampler::PathNumbers,
@@ -81,24 +84,6 @@ impl PhotonMapper {
     }
 }
 
-const MOST_POWER: f64 = 1e34;
-const LEAST_POWER: f64 = 1e-24;
-
-/// The four parts of what a path shows.
-#[derive(Default)]
-struct Parts([Rgb; 4]);
-
-impl Parts {
-    fn add(&mut self, class: PathClass, light: Rgb) {
-        self.0[class as usize] += light;
-    }
-
-    /// Adds all parts of another, times a factor.
-    fn add_all(&mut self, other: &Self, factor: f64) {
-        self.0.iter_mut().zip(other.0).for_each(|(sum, light)| *sum += factor * light);
-    }
-}
-
 impl Model for PhotonMapper {
     fn layers(&self) -> Vec<LayerSpec> {
         let parts = PathClass::ALL.iter().map(|class| class.name());
@@ -106,21 +91,15 @@ impl Model for PhotonMapper {
     }
 
     fn check(&self, scene: &Scene) -> Result<(), String> {
-        if !scene.has_smooth() {
-            return Err("no surface can keep a photon, for none scatters over more than single directions".into());
-        }
-        // Photons hold their power in f32.
-        if scene.power() > MOST_POWER || scene.power() > 0.0 && scene.power() < LEAST_POWER {
-            let power = scene.power();
-            return Err(format!(
-                "its lights emit {power:.3e} W, and photons are made for {LEAST_POWER:e} to {MOST_POWER:e} W in all"
-            ));
-        }
-        scene.check_emission()
+        check_photons(scene)
     }
 
-    fn prepared(&self, scene: &Scene, seed: u64, pass: u64) -> Option<Self> {
-        let maps = Maps::new(scene, &self.settings, seed, pass);
+    fn preparation(&self) -> Preparation {
+        Preparation::Pass
+    }
+
+    fn prepared(&self, scene: &Scene, round: &Round) -> Option<Self> {
+        let maps = Maps::new(scene, &self.settings, round.seed, round.pass);
         Some(Self { settings: self.settings.clone(), maps: Some(Arc::new(maps)) })
     }
 
@@ -128,15 +107,11 @@ impl Model for PhotonMapper {
         self.maps.as_ref().map(|maps| maps.notes()).unwrap_or_default()
     }
 
-    fn has_variance(&self) -> bool {
-        false
-    }
-
-    fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
+    fn radiance(&self, scene: &Scene, eye: &EyeRay, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
         let maps = self.maps.as_ref().expect("photons are emitted before the pass");
-        let eye = Eye { scene, settings: &self.settings, maps };
+        let second = Eye { scene, settings: &self.settings, maps };
         let mut parts = Parts::default();
-        let raw = eye.look(ray, numbers, &mut parts);
+        let raw = second.look(&eye.ray, numbers, &mut parts);
         let shown = parts.0.iter().chain(self.settings.shows_raw.then_some(&raw));
         for (layer, light) in layers.chunks_exact_mut(3).zip(shown) {
             light.write_to_slice(layer);
