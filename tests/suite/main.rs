@@ -14,3 +14,4 @@ mod layers;
 mod photons;
 mod semantics;
 mod solids;
+mod study;
