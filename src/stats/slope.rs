@@ -243,6 +243,26 @@ mod tests {
     }
 
     #[test]
+    fn few_runs_widen_the_interval() {
+        let points = [(1.0, 1.0, 0.02, 7.0), (4.0, 0.52, 0.02, 15.0), (16.0, 0.25, 0.01, 3.0)];
+        let points = points.map(|(x, y, std_error, dof)| Point { x, y, std_error, dof });
+        let fit = Slope::weighted(&points).unwrap();
+        // What moves one ln y by its error moves the slope by so much: (Σ m²)² / Σ m⁴/ν, Satterthwaite 1946.
+        let moved = |i: usize| {
+            let mut moved = points;
+            let factor = (1e-6_f64).exp();
+            moved[i] = Point { y: points[i].y * factor, std_error: points[i].std_error * factor, ..points[i] };
+            (Slope::weighted(&moved).unwrap().slope - fit.slope) / 1e-6 * points[i].std_error / points[i].y
+        };
+        let squares = [0, 1, 2].map(|i| moved(i).powi(2));
+        let variance: f64 = squares.iter().sum();
+        let dof = variance * variance / squares.iter().zip(points).map(|(m, p)| m * m / p.dof).sum::<f64>();
+        assert!((fit.std_error.powi(2) / variance - 1.0).abs() < 1e-4, "{fit:?}");
+        assert!((fit.dof / dof - 1.0).abs() < 1e-4, "{} instead of {dof}", fit.dof);
+        assert_eq!(fit.half_width, fit.std_error * student::two_sided_t(OUTSIDE, fit.dof));
+    }
+
+    #[test]
     fn predictions_share_the_chance_to_fail() {
         let shared = Demand::default().shared(5);
         assert!(((1.0 - shared.outside).powi(5) - 0.95).abs() < 1e-12);

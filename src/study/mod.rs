@@ -8,14 +8,14 @@
 //! |---|---|
 //! | the form of the file, and what is refused | `form`, `check` |
 //! | cells and runs, their seeds and command lines | [`plan`] |
-//! | making the runs that are missing | [`run`] |
+//! | a run, whether it is there, and how it is made | [`run`] |
 //! | what the images should be, and which pixels count | `truth`, `mask` |
 //! | one image against the truth | `measures`, `flip`, `ssim` |
 //! | the images of a cell together: variance and bias apart | `spread` |
 //! | tables that people and programs read | `record`, `tables` |
 //! | closed list of predicted curves | `theory` |
 //! | slopes, amplitudes, crossings, and whether predictions hold | `fits`, `contest` |
-//! | drawings and the page | `plot`, `page` |
+//! | drawings and the page | `plot`, `drawings`, `page` |
 //!
 //! # Errors that are stated
 //!
@@ -33,6 +33,7 @@
 
 mod check;
 mod contest;
+mod drawings;
 pub mod evaluate;
 mod fits;
 mod flip;
@@ -52,7 +53,8 @@ mod truth;
 
 pub use evaluate::Evaluation;
 pub use form::Study;
-pub use plan::{Plan, Run};
+pub use plan::Plan;
+pub use run::Run;
 
 use std::path::PathBuf;
 

@@ -6,12 +6,12 @@ use std::{
 };
 
 use glob::Pattern;
-use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 
 use super::{
     Study, StudyError,
     form::{MethodForm, ReferenceForm, RendererName, Scalar, SceneForm},
+    run::{OtherRenderer, Run},
 };
 use crate::{film::exr, node::xml, provenance};
 
@@ -43,63 +43,8 @@ pub struct Cell {
     pub runs: Vec<Run>,
 }
 
-/// An image to be made.
-#[derive(Clone, Debug, Serialize)]
-pub struct Run {
-    /// The name of its cell.
-    pub cell: String,
-    /// The scene's file.
-    pub scene: String,
-    /// The name of the method; "reference" for that of a scene.
-    pub method: String,
-    /// Who makes it.
-    pub renderer: RendererName,
-    /// The value of what is varied.
-    pub x: f64,
-    /// Its seed.
-    pub seed: u64,
-    /// The image.
-    pub output: PathBuf,
-    /// The arguments of `etendue` but for the output; None for another renderer.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub arguments: Option<Vec<String>>,
-    /// What another renderer has to know; None for ours.
-    #[serde(flatten)]
-    pub other: Option<OtherRenderer>,
-    /// What stands in the header of an image that belongs to the plan, as far as it is known.
-    pub header: BTreeMap<&'static str, String>,
-}
-
-/// What another renderer has to know.
-#[derive(Clone, Debug, Serialize)]
-pub struct OtherRenderer {
-    integrator: String,
-    sampler: Option<String>,
-    params: BTreeMap<String, String>,
-    defines: BTreeMap<String, String>,
-    variant: Option<String>,
-    spp: u32,
-}
-
-impl Run {
-    /// Whether its image is there and belongs to the plan: every text that its header should have and has is the same.
-    /// An image without a header of ours (of another renderer) is taken as it is.
-    #[must_use]
-    pub fn is_made(&self) -> bool {
-        let Ok(header) = exr::read_attributes(&self.output) else { return false };
-        let found = |name: &str| header.iter().find(|(known, _)| known == name).map(|(_, text)| text);
-        let ours = self.renderer == RendererName::Etendue;
-        self.header
-            .iter()
-            .all(|(name, text)| found(name).map_or(!(ours && REQUIRED.contains(name)), |found| found == text))
-    }
-}
-
 /// The method of runs that make a reference.
 pub const REFERENCE: &str = "reference";
-
-/// What the header of an image of ours cannot lack.
-const REQUIRED: [&str; 4] = ["etendue.scene_sha256", "etendue.parameters", "etendue.spp", "etendue.seed"];
 
 /// Whether what is varied is how many samples a pixel gets; an integrator that works in passes takes one in each.
 pub(super) fn is_samples(name: &str) -> bool {

@@ -1,6 +1,7 @@
-//! Makes the runs that are missing, each in a process of its own.
+//! Runs: the images of a study, each made by a process of its own.
 
 use std::{
+    collections::BTreeMap,
     path::PathBuf,
     process::{Command, Stdio},
     sync::{
@@ -10,8 +11,65 @@ use std::{
     thread,
 };
 
-use super::{Run, StudyError};
-use crate::film::exr::FileError;
+use serde::Serialize;
+
+use super::{StudyError, form::RendererName};
+use crate::film::exr::{self, FileError};
+
+/// An image to be made.
+#[derive(Clone, Debug, Serialize)]
+pub struct Run {
+    /// The name of its cell.
+    pub cell: String,
+    /// The scene's file.
+    pub scene: String,
+    /// The name of the method; "reference" for that of a scene.
+    pub method: String,
+    /// Who makes it.
+    pub renderer: RendererName,
+    /// The value of what is varied.
+    pub x: f64,
+    /// Its seed.
+    pub seed: u64,
+    /// The image.
+    pub output: PathBuf,
+    /// The arguments of `etendue` but for the output; None for another renderer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arguments: Option<Vec<String>>,
+    /// What another renderer has to know; None for ours.
+    #[serde(flatten)]
+    pub other: Option<OtherRenderer>,
+    /// What stands in the header of an image that belongs to the plan, as far as it is known.
+    pub header: BTreeMap<&'static str, String>,
+}
+
+/// What another renderer has to know.
+#[derive(Clone, Debug, Serialize)]
+pub struct OtherRenderer {
+    pub(super) integrator: String,
+    pub(super) sampler: Option<String>,
+    pub(super) params: BTreeMap<String, String>,
+    pub(super) defines: BTreeMap<String, String>,
+    pub(super) variant: Option<String>,
+    pub(super) spp: u32,
+}
+
+impl Run {
+    /// Whether its image is there and belongs to the plan: every text that its header should have and has is the same.
+    /// An image without a header of ours (of another renderer) is taken as it is.
+    #[must_use]
+    pub fn is_made(&self) -> bool {
+        let Ok(header) = exr::read_attributes(&self.output) else { return false };
+        let found = |name: &str| header.iter().find(|(known, _)| known == name).map(|(_, text)| text);
+        let ours = self.renderer == RendererName::Etendue;
+        self.header
+            .iter()
+            .all(|(name, text)| found(name).map_or(!(ours && REQUIRED.contains(name)), |found| found == text))
+    }
+}
+
+/// What the header of an image of ours cannot lack.
+const REQUIRED: [&str; 4] = ["etendue.scene_sha256", "etendue.parameters", "etendue.spp", "etendue.seed"];
 
 /// How runs are made.
 #[derive(Clone, Debug)]
