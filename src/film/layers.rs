@@ -1,21 +1,23 @@
 use glam::DVec2;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::Crop;
 use crate::stats::ExactMoments;
 
 /// A named group of channels.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LayerSpec {
     /// The name before the dot; the beauty has none.
     pub name: String,
     /// The names after the dot.
-    pub channels: &'static [&'static str],
+    pub channels: Vec<String>,
     /// Where its values come from.
     pub source: Source,
 }
 
 /// Where a layer's values come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Source {
     /// The mean of what the integrator writes for each sample.
     Sampled,
@@ -29,7 +31,7 @@ impl LayerSpec {
     /// The image itself.
     #[must_use]
     pub fn beauty() -> Self {
-        Self { name: String::new(), channels: &["R", "G", "B"], source: Source::Sampled }
+        Self { name: String::new(), channels: ["R", "G", "B"].map(String::from).into(), source: Source::Sampled }
     }
 
     /// A layer of colours that the integrator writes.
@@ -48,8 +50,8 @@ impl LayerSpec {
 pub struct Pixels {
     width: u32,
     /// By pixel, row by row, and in each by channel.
-    moments: Vec<ExactMoments>,
-    stride: usize,
+    pub(super) moments: Vec<ExactMoments>,
+    pub(super) stride: usize,
 }
 
 impl Pixels {
@@ -86,11 +88,11 @@ pub struct Film {
     pub size: DVec2,
     /// The layers, the beauty first.
     pub layers: Vec<LayerSpec>,
-    pixels: Pixels,
+    pub(super) pixels: Pixels,
     /// Whether the scatter of its samples tells the variance of the beauty.
-    has_variance: bool,
+    pub(super) has_variance: bool,
     /// What light paths left on the beauty, by pixel; empty if there are none.
-    splats: Vec<[ExactMoments; 3]>,
+    pub(super) splats: Vec<[ExactMoments; 3]>,
 }
 
 impl Film {
@@ -140,6 +142,38 @@ impl Film {
     pub fn means(&self) -> Vec<[f64; 3]> {
         let [r, g, b] = [0, 1, 2].map(|channel| self.beauty(channel, Estimate::mean));
         r.into_iter().zip(g).zip(b).map(|((r, g), b)| [r, g, b]).collect()
+    }
+
+    /// The estimated relative error of the beauty: the root of the mean variance of all pixels' means, over all channels,
+    /// divided by the mean of the image; infinite where that cannot be told. Samples are taken to be independent, so that
+    /// it is too large where a sampler spreads them evenly.
+    #[must_use]
+    pub fn relative_error(&self) -> f64 {
+        /// So many pixels are summed by one thread; their sums are added in order.
+        const TOGETHER: usize = 4096;
+        let stride = self.pixels.stride;
+        let pixel = |number: usize, samples: &[ExactMoments]| {
+            let estimate = |channel: usize| {
+                let paths = self.splats.get(number).map(|splats| splats[channel]);
+                Estimate { samples: samples[channel], paths }
+            };
+            let estimates = [0, 1, 2].map(estimate);
+            DVec2::new(
+                estimates.iter().map(Estimate::variance_of_mean).sum(),
+                estimates.iter().map(Estimate::mean).sum(),
+            )
+        };
+        let chunks = self.pixels.moments.par_chunks(TOGETHER * stride).enumerate();
+        let sums: Vec<DVec2> = chunks
+            .map(|(i, chunk)| {
+                let pixels = chunk.chunks_exact(stride).enumerate();
+                pixels.map(|(k, samples)| pixel(i * TOGETHER + k, samples)).sum()
+            })
+            .collect();
+        let values = 3.0 * (self.pixels.moments.len() / stride) as f64;
+        let means = sums.into_iter().sum::<DVec2>() / values;
+        let error = means.x.sqrt() / means.y.abs();
+        if error.is_nan() { f64::INFINITY } else { error }
     }
 
     /// Something about a channel of the beauty, by pixel.

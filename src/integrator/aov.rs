@@ -1,8 +1,8 @@
-use super::{Integrator, Model, Notes};
+use super::{EyeRay, Integrator, Model, Notes, Preparation, Round};
 use crate::{
     bsdf::Model as _,
     film::{LayerSpec, Source, splats},
-    math::{Ray, Rgb},
+    math::Rgb,
     node::{Category, Described, Kind, Param, Params, Plugin, SceneError},
     sampler::PathNumbers,
     scene::{Scene, Vertex},
@@ -141,7 +141,7 @@ impl Model for Aov {
     fn layers(&self) -> Vec<LayerSpec> {
         let own = self.layers.iter().map(|(name, quantity)| LayerSpec {
             name: name.clone(),
-            channels: quantity.channels(),
+            channels: quantity.channels().iter().map(|channel| (*channel).to_owned()).collect(),
             source: if *quantity == Quantity::SampleCount { Source::Count } else { Source::Sampled },
         });
         own.chain(self.child.iter().flat_map(|child| child.layers())).collect()
@@ -151,13 +151,23 @@ impl Model for Aov {
         self.child.as_ref().map_or(Ok(()), |child| child.check(scene))
     }
 
-    fn prepared(&self, scene: &Scene, seed: u64, pass: u64) -> Option<Self> {
-        let child = self.child.as_ref()?.prepared(scene, seed, pass)?;
+    fn preparation(&self) -> Preparation {
+        self.child.as_ref().map_or(Preparation::None, |child| child.preparation())
+    }
+
+    fn prepared(&self, scene: &Scene, round: &Round) -> Option<Self> {
+        let child = self.child.as_ref()?.prepared(scene, round)?;
         Some(Self { layers: self.layers.clone(), child: Some(Box::new(child)) })
     }
 
-    fn has_variance(&self) -> bool {
-        self.child.as_ref().is_none_or(|child| child.has_variance())
+    fn memory(&self) -> Vec<f64> {
+        self.child.as_ref().map(|child| child.memory()).unwrap_or_default()
+    }
+
+    fn remember(&mut self, memory: Vec<f64>) {
+        if let Some(child) = &mut self.child {
+            child.remember(memory);
+        }
     }
 
     fn notes(&self) -> Notes {
@@ -174,10 +184,10 @@ impl Model for Aov {
         }
     }
 
-    fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
+    fn radiance(&self, scene: &Scene, eye: &EyeRay, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
         let sampled = self.layers.iter().filter(|(_, quantity)| *quantity != Quantity::SampleCount);
         let mut rest = layers;
-        let vertex = scene.intersect(ray);
+        let vertex = scene.intersect(&eye.ray);
         for (_, quantity) in sampled {
             let (own, others) = rest.split_at_mut(quantity.channels().len());
             if let Some(vertex) = &vertex {
@@ -185,6 +195,6 @@ impl Model for Aov {
             }
             rest = others;
         }
-        self.child.as_ref().map_or(Rgb::ZERO, |child| child.radiance(scene, ray, numbers, rest))
+        self.child.as_ref().map_or(Rgb::ZERO, |child| child.radiance(scene, eye, numbers, rest))
     }
 }

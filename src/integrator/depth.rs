@@ -1,6 +1,6 @@
-use super::Model;
+use super::{EyeRay, Model};
 use crate::{
-    math::{Ray, Rgb},
+    math::Rgb,
     node::{Category, Described, Params, Plugin, SceneError},
     sampler::PathNumbers,
     scene::Scene,
@@ -31,7 +31,7 @@ impl Model for Depth {
         false
     }
 
-    fn radiance(&self, scene: &Scene, ray: &Ray, _numbers: &mut PathNumbers, _layers: &mut [f64]) -> Rgb {
-        Rgb::splat(scene.intersect(ray).map_or(0.0, |vertex| vertex.t))
+    fn radiance(&self, scene: &Scene, eye: &EyeRay, _numbers: &mut PathNumbers, _layers: &mut [f64]) -> Rgb {
+        Rgb::splat(scene.intersect(&eye.ray).map_or(0.0, |vertex| vertex.t))
     }
 }

@@ -1,4 +1,4 @@
-use super::{HIDE_EMITTERS, Model, TRANSPARENT_SHADOWS, first_vertex, not_physical, read_shadows};
+use super::{EyeRay, HIDE_EMITTERS, Model, TRANSPARENT_SHADOWS, first_vertex, not_physical, read_shadows};
 use crate::{
     bsdf::{Lobe, Model as _},
     math::{PerSolidAngle, Ray, Rgb},
@@ -64,7 +64,8 @@ impl Model for Direct {
         not_physical(self.shadows)
     }
 
-    fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, _layers: &mut [f64]) -> Rgb {
+    fn radiance(&self, scene: &Scene, eye: &EyeRay, numbers: &mut PathNumbers, _layers: &mut [f64]) -> Rgb {
+        let ray = &eye.ray;
         let Some(vertex) = first_vertex(scene, ray, self.hide_emitters) else {
             return if self.hide_emitters { Rgb::ZERO } else { scene.sky(ray.direction) };
         };

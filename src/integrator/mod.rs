@@ -37,6 +37,55 @@ pub struct Notes {
     pub warnings: Vec<String>,
 }
 
+/// When an integrator gathers what it needs before it can estimate radiance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Preparation {
+    /// Never: its samples know nothing of one another.
+    None,
+    /// Once for a pass, whose samples share it.
+    Pass,
+    /// Anew for each sample of all pixels.
+    Sample,
+    /// Anew for each sample of all pixels, and it depends on what the samples before have found.
+    Chain,
+}
+
+impl Preparation {
+    /// Whether each sample of all pixels is prepared for by itself.
+    #[must_use]
+    pub fn is_for_each_sample(self) -> bool {
+        matches!(self, Self::Sample | Self::Chain)
+    }
+}
+
+/// What is prepared for: which sample of all pixels, in which pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Round {
+    /// The user's seed.
+    pub seed: u64,
+    /// Which estimate of the image.
+    pub pass: u64,
+    /// Which sample; 0 where all samples of a pass are prepared for at once.
+    pub sample: u32,
+}
+
+/// A ray from the camera.
+#[derive(Clone, Copy, Debug)]
+pub struct EyeRay {
+    /// The ray.
+    pub ray: Ray,
+    /// The number of its pixel in the rendered part of the film, row by row.
+    pub pixel: usize,
+}
+
+impl EyeRay {
+    /// A ray that belongs to no pixel in particular.
+    #[must_use]
+    pub fn alone(ray: Ray) -> Self {
+        Self { ray, pixel: 0 }
+    }
+}
+
 /// What an integrator answers.
 pub trait Model {
     /// Layers beside the beauty.
@@ -62,14 +111,28 @@ pub trait Model {
         Ok(())
     }
 
-    /// The same integrator with what it gathers once before a pass, if it does: a pure function of the scene, the seed and
-    /// the number of the pass.
-    fn prepared(&self, _scene: &Scene, _seed: u64, _pass: u64) -> Option<Self>
+    /// When it has to be prepared.
+    fn preparation(&self) -> Preparation {
+        Preparation::None
+    }
+
+    /// The same integrator with what it gathers before a round, if it does: a pure function of the scene and the round,
+    /// and with [`Preparation::Chain`] of what `self` found in the round before.
+    fn prepared(&self, _scene: &Scene, _round: &Round) -> Option<Self>
     where
         Self: Sized,
     {
         None
     }
+
+    /// What the next round depends on, with [`Preparation::Chain`]: so many numbers for each pixel. It is empty before the
+    /// first round.
+    fn memory(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// Makes it go on from what [`Model::memory`] gave.
+    fn remember(&mut self, _memory: Vec<f64>) {}
 
     /// What it has gathered and done.
     fn notes(&self) -> Notes {
@@ -78,7 +141,7 @@ pub trait Model {
 
     /// Whether its samples are independent, so that their scatter tells the variance of the image.
     fn has_variance(&self) -> bool {
-        true
+        self.preparation() == Preparation::None
     }
 
     /// Whether it follows light from its sources, a path for each sample of each pixel.
@@ -91,7 +154,7 @@ pub trait Model {
 
     /// An estimate of the radiance that comes back along a camera's ray. What its sampled layers show of this ray goes
     /// into `layers`, as many values as they have channels.
-    fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb;
+    fn radiance(&self, scene: &Scene, eye: &EyeRay, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb;
 }
 
 catalogue! { ($)
@@ -131,8 +194,20 @@ impl Model for Integrator {
         each_integrator!(self, integrator => integrator.check(scene))
     }
 
-    fn prepared(&self, scene: &Scene, seed: u64, pass: u64) -> Option<Self> {
-        each_integrator!(self, integrator => integrator.prepared(scene, seed, pass).map(Self::from))
+    fn preparation(&self) -> Preparation {
+        each_integrator!(self, integrator => integrator.preparation())
+    }
+
+    fn prepared(&self, scene: &Scene, round: &Round) -> Option<Self> {
+        each_integrator!(self, integrator => integrator.prepared(scene, round).map(Self::from))
+    }
+
+    fn memory(&self) -> Vec<f64> {
+        each_integrator!(self, integrator => integrator.memory())
+    }
+
+    fn remember(&mut self, memory: Vec<f64>) {
+        each_integrator!(self, integrator => integrator.remember(memory))
     }
 
     fn has_variance(&self) -> bool {
@@ -151,8 +226,8 @@ impl Model for Integrator {
         each_integrator!(self, integrator => integrator.light_path(scene, numbers, path))
     }
 
-    fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
-        each_integrator!(self, integrator => integrator.radiance(scene, ray, numbers, layers))
+    fn radiance(&self, scene: &Scene, eye: &EyeRay, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
+        each_integrator!(self, integrator => integrator.radiance(scene, eye, numbers, layers))
     }
 }
 
@@ -212,7 +287,7 @@ impl Integrator {
     /// The name of a scene's own integrator, if it has one.
     #[must_use]
     pub fn name_in(document: &Document) -> Option<&str> {
-        let id = integrator_in(document, document.object(document.root))?;
+        let id = document.child(document.root, Category::Integrator)?;
         Some(&document.object(id).plugin)
     }
 
@@ -221,54 +296,42 @@ impl Integrator {
     /// # Errors
     /// If the scene has none and none is named, or it is wrong.
     pub fn of_scene(document: &Document, overrides: &Overrides) -> Result<Self, SceneError> {
+        let (document, id) = overrides.applied(document)?;
+        Self::read(&document, id)
+    }
+
+    /// The same as text: its name, and the parameters that are set.
+    ///
+    /// # Errors
+    /// If the scene has none and none is named.
+    pub fn described(document: &Document, overrides: &Overrides) -> Result<String, SceneError> {
+        let (document, id) = overrides.applied(document)?;
+        Ok(document.describe(id, &[]))
+    }
+}
+
+impl Overrides {
+    /// The document with its integrator as it is asked for.
+    fn applied(&self, document: &Document) -> Result<(Document, ObjectId), SceneError> {
+        let own = document.child(document.root, Category::Integrator);
         let mut document = document.clone();
-        let root = document.object(document.root);
-        let own = integrator_in(&document, root);
-        let id = match (own, &overrides.name) {
+        let id = match (own, &self.name) {
             (None, None) => {
+                let root = document.object(document.root);
                 let error = SceneError::at(&root.place, "the scene has no integrator");
                 return Err(error.hint("give it one, or name one with --integrator"));
             }
             (Some(id), None) => id,
-            (own, Some(name)) => replaced(&mut document, own, name),
+            (own, Some(name)) => {
+                let option = format!("--integrator {name}");
+                document.add_stand_in(own, Category::Integrator, name, Integrator::PLUGINS, &option)
+            }
         };
-        for (name, text) in &overrides.params {
+        for (name, text) in &self.params {
             set(&mut document.objects[id.0], name, text);
         }
-        Self::read(&document, id)
+        Ok((document, id))
     }
-}
-
-/// Adds an integrator that keeps the parameters it shares with the scene's own.
-fn replaced(document: &mut Document, own: Option<ObjectId>, name: &str) -> ObjectId {
-    let known = Integrator::PLUGINS.iter().find(|plugin| plugin.name == name);
-    let has = |param: &str| known.is_some_and(|plugin| plugin.params.iter().any(|p| p.name == param));
-    let kept = |p: &&Property| !matches!(p.value, Value::Object(_)) && has(&p.name);
-    let mut properties: Vec<Property> = Vec::new();
-    // An integrator that wraps another leaves the parameters to that one.
-    let mut next = own;
-    while let Some(id) = next {
-        let object = document.object(id);
-        properties.extend(object.properties.iter().filter(kept).cloned());
-        next = integrator_in(document, object);
-    }
-    document.objects.push(Object {
-        category: Category::Integrator,
-        plugin: name.to_owned(),
-        id: None,
-        place: Place::argument(&format!("--integrator {name}")),
-        folder: document.object(document.root).folder.clone(),
-        properties,
-    });
-    ObjectId(document.objects.len() - 1)
-}
-
-/// The first integrator that stands in an object.
-fn integrator_in(document: &Document, object: &Object) -> Option<ObjectId> {
-    object.properties.iter().find_map(|property| match property.value {
-        Value::Object(id) if document.object(id).category == Category::Integrator => Some(id),
-        _ => None,
-    })
 }
 
 /// Sets a parameter from text, of the type that the text looks like.

@@ -1,7 +1,7 @@
-use super::{Integrator, Model, Notes};
+use super::{EyeRay, Integrator, Model, Notes, Preparation, Round};
 use crate::{
     film::{LayerSpec, Source, splats},
-    math::{Ray, Rgb},
+    math::Rgb,
     node::{Category, Described, Kind, Param, Params, Plugin, SceneError},
     sampler::PathNumbers,
     scene::Scene,
@@ -42,7 +42,7 @@ impl Model for Moment {
     }
 
     fn layers(&self) -> Vec<LayerSpec> {
-        let second = LayerSpec { name: "m2".into(), channels: &["R", "G", "B"], source: Source::SecondMoment };
+        let second = LayerSpec { source: Source::SecondMoment, ..LayerSpec::sampled("m2") };
         self.child.layers().into_iter().chain([second]).collect()
     }
 
@@ -50,12 +50,20 @@ impl Model for Moment {
         self.child.check(scene)
     }
 
-    fn prepared(&self, scene: &Scene, seed: u64, pass: u64) -> Option<Self> {
-        Some(Self { child: Box::new(self.child.prepared(scene, seed, pass)?) })
+    fn preparation(&self) -> Preparation {
+        self.child.preparation()
     }
 
-    fn has_variance(&self) -> bool {
-        self.child.has_variance()
+    fn prepared(&self, scene: &Scene, round: &Round) -> Option<Self> {
+        Some(Self { child: Box::new(self.child.prepared(scene, round)?) })
+    }
+
+    fn memory(&self) -> Vec<f64> {
+        self.child.memory()
+    }
+
+    fn remember(&mut self, memory: Vec<f64>) {
+        self.child.remember(memory);
     }
 
     fn notes(&self) -> Notes {
@@ -70,7 +78,7 @@ impl Model for Moment {
         self.child.light_path(scene, numbers, path);
     }
 
-    fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
-        self.child.radiance(scene, ray, numbers, layers)
+    fn radiance(&self, scene: &Scene, eye: &EyeRay, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
+        self.child.radiance(scene, eye, numbers, layers)
     }
 }

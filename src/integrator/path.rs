@@ -1,5 +1,5 @@
 use super::{
-    HIDE_EMITTERS, MAX_DEPTH, Model, RR_DEPTH, TRANSPARENT_SHADOWS, first_vertex, not_physical, read_depths,
+    EyeRay, HIDE_EMITTERS, MAX_DEPTH, Model, RR_DEPTH, TRANSPARENT_SHADOWS, first_vertex, not_physical, read_depths,
     read_shadows,
 };
 use crate::{
@@ -81,7 +81,8 @@ impl Model for Path {
         }
     }
 
-    fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
+    fn radiance(&self, scene: &Scene, eye: &EyeRay, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
+        let ray = &eye.ray;
         if self.depths.max == 0 {
             return Rgb::ZERO;
         }

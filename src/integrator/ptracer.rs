@@ -2,7 +2,7 @@ use std::ops::ControlFlow;
 
 use glam::DVec2;
 
-use super::{HIDE_EMITTERS, MAX_DEPTH, Model, RR_DEPTH, first_vertex, read_depths};
+use super::{EyeRay, HIDE_EMITTERS, MAX_DEPTH, Model, RR_DEPTH, first_vertex, read_depths};
 use crate::{
     bsdf::Model as _,
     film::splats,
@@ -102,7 +102,8 @@ impl Model for ParticleTracer {
         });
     }
 
-    fn radiance(&self, scene: &Scene, ray: &Ray, _numbers: &mut PathNumbers, _layers: &mut [f64]) -> Rgb {
+    fn radiance(&self, scene: &Scene, eye: &EyeRay, _numbers: &mut PathNumbers, _layers: &mut [f64]) -> Rgb {
+        let ray = &eye.ray;
         if self.depths.max == 0 {
             return Rgb::ZERO;
         }

@@ -1,14 +1,16 @@
 //! From a scene and an integrator to a film: tiles on all threads, with the same bits however many there are.
 
+pub mod checkpoint;
+pub mod drive;
 pub mod laws;
 
-use std::borrow::Cow;
+use std::{borrow::Cow, ops::Range};
 
 use rayon::prelude::*;
 
 use crate::{
     film::{Film, LayerSpec, Pixels, Splats, splats},
-    integrator::{Integrator, Model as _, Notes, Overrides},
+    integrator::{EyeRay, Integrator, Model as _, Notes, Overrides, Preparation, Round},
     math::Rgb,
     node::{Document, SceneError},
     sampler::{Address, Model as _, Numbers as _},
@@ -89,43 +91,117 @@ impl Renderer {
         if self.integrator.has_variance() { film } else { film.without_variance() }
     }
 
-    /// Makes everything ready for a pass: a photon mapper sends out its photons.
+    /// Begins a pass.
     #[must_use]
     pub fn begin(&self, pass: Pass) -> Rendering<'_> {
-        let integrator = match self.integrator.prepared(&self.scene, pass.seed, pass.number) {
-            Some(integrator) => Cow::Owned(integrator),
-            None => Cow::Borrowed(&self.integrator),
-        };
-        Rendering { renderer: self, integrator, pass }
+        self.resume(pass, 0, self.film(), Vec::new())
+    }
+
+    /// Goes on with a pass after so many samples, from what they left: the film, and what [`Rendering::memory`] gave. Shards
+    /// of a pass begin at any sample, with an empty film.
+    #[must_use]
+    pub fn resume(&self, pass: Pass, next: u32, film: Film, memory: Vec<f64>) -> Rendering<'_> {
+        let mut integrator = Cow::Borrowed(&self.integrator);
+        if !memory.is_empty() {
+            integrator.to_mut().remember(memory);
+        }
+        let mut rendering = Rendering { renderer: self, integrator, pass, next, film };
+        if self.integrator.preparation() == Preparation::Pass {
+            rendering.prepare(0);
+        }
+        rendering
     }
 
     /// Renders one pass. `progress` is told how many samples have been added, from any thread.
+    ///
+    /// # Panics
+    /// If a sample is infinite or not a number, which is a bug; the message is its address.
     #[must_use]
     pub fn render(&self, pass: Pass, progress: &(dyn Fn(u64) + Sync)) -> Film {
-        self.begin(pass).render(progress)
+        let mut rendering = self.begin(pass);
+        rendering.advance(pass.samples, progress);
+        rendering.film
     }
 }
 
-/// A pass for which everything is ready.
+/// A pass while it is rendered. All that it will be is a function of the pass and of what stands here, whenever it is
+/// stopped, kept and resumed.
 #[derive(Debug)]
 pub struct Rendering<'r> {
     renderer: &'r Renderer,
+    /// As it was prepared last.
     integrator: Cow<'r, Integrator>,
     pass: Pass,
+    /// Which sample of each pixel comes next.
+    next: u32,
+    film: Film,
 }
 
 impl Rendering<'_> {
-    /// What happened so far and while it was rendered, for whoever watches.
+    /// What happened so far, for whoever watches.
     #[must_use]
     pub fn notes(&self) -> Notes {
         self.integrator.notes()
     }
 
-    /// Renders it. `progress` is told how many samples have been added, from any thread.
+    /// What has been gathered.
     #[must_use]
-    pub fn render(&self, progress: &(dyn Fn(u64) + Sync)) -> Film {
-        let (mut film, pass) = (self.renderer.film(), self.pass);
-        let (crop, stride) = (film.crop, film.stride());
+    pub fn film(&self) -> &Film {
+        &self.film
+    }
+
+    /// What has been gathered, at the end.
+    #[must_use]
+    pub fn into_film(self) -> Film {
+        self.film
+    }
+
+    /// Which sample of each pixel comes next.
+    #[must_use]
+    pub fn next(&self) -> u32 {
+        self.next
+    }
+
+    /// What samples still to come depend on besides the pass; empty if on nothing.
+    #[must_use]
+    pub fn memory(&self) -> Vec<f64> {
+        self.integrator.memory()
+    }
+
+    /// Goes on with a later sample, or an earlier one, of an integrator whose samples do not follow from one another.
+    ///
+    /// # Panics
+    /// If they do.
+    pub fn go_to(&mut self, sample: u32) {
+        let is_chained = self.integrator.preparation() == Preparation::Chain;
+        assert!(sample == self.next || !is_chained, "sample {sample} follows from those after {}", self.next);
+        self.next = sample;
+    }
+
+    /// Renders so many more samples of each pixel, but none beyond the pass. `progress` is told how many samples have been
+    /// added, from any thread.
+    pub fn advance(&mut self, samples: u32, progress: &(dyn Fn(u64) + Sync)) {
+        let end = self.pass.samples.min(self.next.saturating_add(samples));
+        if !self.integrator.preparation().is_for_each_sample() {
+            self.add_samples(self.next..end, progress);
+            return;
+        }
+        while self.next < end {
+            self.prepare(self.next);
+            self.add_samples(self.next..self.next + 1, progress);
+        }
+    }
+
+    /// Makes everything ready for a sample of all pixels: photon mappers send out photons.
+    fn prepare(&mut self, sample: u32) {
+        let round = Round { seed: self.pass.seed, pass: self.pass.number, sample };
+        if let Some(integrator) = self.integrator.prepared(&self.renderer.scene, &round) {
+            self.integrator = Cow::Owned(integrator);
+        }
+    }
+
+    fn add_samples(&mut self, samples: Range<u32>, progress: &(dyn Fn(u64) + Sync)) {
+        let (crop, stride) = (self.film.crop, self.film.stride());
         let tiles: Vec<(u32, u32)> = (0..crop.height.div_ceil(TILE))
             .flat_map(|y| (0..crop.width.div_ceil(TILE)).map(move |x| (x * TILE, y * TILE)))
             .collect();
@@ -136,31 +212,38 @@ impl Rendering<'_> {
                 .par_iter()
                 .map(|&(x, y)| {
                     let (width, height) = (TILE.min(crop.width - x), TILE.min(crop.height - y));
-                    let block = self.tile((x, y), (width, height), stride, splats.as_ref());
-                    progress(u64::from(width * height) * u64::from(pass.samples));
+                    let block = self.tile((x, y), (width, height), &samples, stride, splats.as_ref());
+                    progress(u64::from(width * height) * samples.len() as u64);
                     block
                 })
                 .collect();
             for (&(x, y), block) in strip.iter().zip(&finished) {
-                film.add(x, y, block);
+                self.film.add(x, y, block);
             }
         }
         if let Some(splats) = splats {
-            let paths = u64::from(crop.width) * u64::from(crop.height) * u64::from(pass.samples);
-            film.add_splats(&splats.finish(paths));
+            let paths = u64::from(crop.width) * u64::from(crop.height) * samples.len() as u64;
+            self.film.add_splats(&splats.finish(paths));
         }
-        film
+        self.next = samples.end;
     }
 
-    fn tile(&self, corner: (u32, u32), size: (u32, u32), stride: usize, splats: Option<&Splats>) -> Pixels {
+    fn tile(
+        &self,
+        corner: (u32, u32),
+        size: (u32, u32),
+        samples: &Range<u32>,
+        stride: usize,
+        splats: Option<&Splats>,
+    ) -> Pixels {
         let mut block = Pixels::new(size.0, size.1, stride);
         let mut values = vec![0.0; stride];
         let mut path = splats::Path::default();
         let mut left = Vec::new();
         for y in 0..size.1 {
             for x in 0..size.0 {
-                for sample in 0..self.pass.samples {
-                    self.sample((corner.0 + x, corner.1 + y), sample, &mut values, &mut path);
+                for sample in samples.clone() {
+                    self.one_sample((corner.0 + x, corner.1 + y), sample, &mut values, &mut path);
                     block.push(x, y, &values);
                     path.drain_into(&mut left);
                     if let Some(splats) = splats
@@ -177,13 +260,25 @@ impl Rendering<'_> {
         block
     }
 
-    /// One sample of one pixel: a pure function of its address. `values` has one element for each sampled channel. What
+    /// One sample of one pixel, for which everything is made ready. `values` has one element for each sampled channel. What
     /// a path from a light leaves on all the film goes into `path`.
     ///
     /// # Panics
-    /// If the sample is infinite or not a number, which is a bug; the message is its address.
+    /// As [`Renderer::render`] does.
+    pub fn sample(&mut self, pixel: (u32, u32), sample: u32, values: &mut [f64], path: &mut splats::Path) -> Rgb {
+        match self.integrator.preparation() {
+            Preparation::None | Preparation::Pass => {}
+            Preparation::Sample => self.prepare(sample),
+            Preparation::Chain => {
+                self.advance(sample.saturating_sub(self.next), &|_| {});
+                self.prepare(sample);
+            }
+        }
+        self.one_sample(pixel, sample, values, path)
+    }
+
     #[inline]
-    pub fn sample(&self, (x, y): (u32, u32), sample: u32, values: &mut [f64], path: &mut splats::Path) -> Rgb {
+    fn one_sample(&self, (x, y): (u32, u32), sample: u32, values: &mut [f64], path: &mut splats::Path) -> Rgb {
         let (scene, pass) = (&self.renderer.scene, self.pass);
         let sensor = &scene.sensor;
         let crop = sensor.film.rendered();
@@ -195,7 +290,8 @@ impl Rendering<'_> {
         let ray = sensor.camera.ray(position, numbers.next_2d());
         values.fill(0.0);
         let (beauty, layers) = values.split_at_mut(3);
-        let radiance = self.integrator.radiance(scene, &ray, &mut numbers, layers);
+        let eye = EyeRay { ray, pixel: y as usize * crop.width as usize + x as usize };
+        let radiance = self.integrator.radiance(scene, &eye, &mut numbers, layers);
         assert!(radiance.is_finite(), "the radiance is {radiance} at {address:?}");
         radiance.write_to_slice(beauty);
         self.integrator.light_path(scene, &mut numbers, path);

@@ -15,7 +15,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::{Integrator, Model as _, Overrides};
+use super::{EyeRay, Integrator, Model as _, Overrides};
 use crate::{
     law::Finding,
     math::{Ray, Rgb, rng::Stream},
@@ -46,7 +46,8 @@ impl Setup {
     /// One estimate of the radiance that comes from a point against a direction.
     fn once(&self, origin: DVec3, direction: DVec3, address: &[u64]) -> Rgb {
         let mut numbers = PathNumbers::Independent(Stream::at(address));
-        self.integrator.radiance(&self.scene, &Ray::new(origin, direction.normalize()), &mut numbers, &mut [])
+        let eye = EyeRay::alone(Ray::new(origin, direction.normalize()));
+        self.integrator.radiance(&self.scene, &eye, &mut numbers, &mut [])
     }
 
     /// Many of them, by channel.

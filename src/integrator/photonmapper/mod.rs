@@ -10,10 +10,10 @@ use eye::Eye;
 use maps::Maps;
 use settings::{PARAMS, Settings};
 
-use super::{Model, Notes};
+use super::{EyeRay, Model, Notes, Preparation, Round};
 use crate::{
     film::LayerSpec,
-    math::{Ray, Rgb},
+    math::Rgb,
     node::{Category, Described, Params, Plugin, SceneError},
     photon::{Aim, Harvest},
     sampler::PathNumbers,
@@ -119,8 +119,12 @@ impl Model for PhotonMapper {
         scene.check_emission()
     }
 
-    fn prepared(&self, scene: &Scene, seed: u64, pass: u64) -> Option<Self> {
-        let maps = Maps::new(scene, &self.settings, seed, pass);
+    fn preparation(&self) -> Preparation {
+        Preparation::Pass
+    }
+
+    fn prepared(&self, scene: &Scene, round: &Round) -> Option<Self> {
+        let maps = Maps::new(scene, &self.settings, round.seed, round.pass);
         Some(Self { settings: self.settings.clone(), maps: Some(Arc::new(maps)) })
     }
 
@@ -128,15 +132,11 @@ impl Model for PhotonMapper {
         self.maps.as_ref().map(|maps| maps.notes()).unwrap_or_default()
     }
 
-    fn has_variance(&self) -> bool {
-        false
-    }
-
-    fn radiance(&self, scene: &Scene, ray: &Ray, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
+    fn radiance(&self, scene: &Scene, eye: &EyeRay, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
         let maps = self.maps.as_ref().expect("photons are emitted before the pass");
-        let eye = Eye { scene, settings: &self.settings, maps };
+        let second = Eye { scene, settings: &self.settings, maps };
         let mut parts = Parts::default();
-        let raw = eye.look(ray, numbers, &mut parts);
+        let raw = second.look(&eye.ray, numbers, &mut parts);
         let shown = parts.0.iter().chain(self.settings.shows_raw.then_some(&raw));
         for (layer, light) in layers.chunks_exact_mut(3).zip(shown) {
             light.write_to_slice(layer);

@@ -88,7 +88,7 @@ fn coverage(effort: Effort) -> Vec<Finding> {
                 let low = DVec2::new(f64::from(part.x + x), f64::from(part.y + y));
                 let share = (to.min(low + 1.0) - from.max(low)).max(DVec2::ZERO);
                 let pass = Pass { seed: 80, number: 0, samples: effort.samples(2000) };
-                let rendering = renderer.begin(pass);
+                let mut rendering = renderer.begin(pass);
                 let mut sample = |i| rendering.sample((x, y), i, &mut values, &mut splats::Path::default()).x;
                 let shown: Moments = (0..pass.samples).map(&mut sample).collect();
                 findings.push(Finding::mean(format!("{name}, pixel ({x}, {y})"), &shown, share.x * share.y));
@@ -120,7 +120,7 @@ fn aov(_: Effort) -> Vec<Finding> {
 fn for_samples(renderer: &Renderer, pass: Pass, mut visit: impl FnMut((u32, u32), &[f64])) {
     let part = renderer.scene.sensor.film.rendered();
     let mut values = vec![0.0; renderer.film().stride()];
-    let rendering = renderer.begin(pass);
+    let mut rendering = renderer.begin(pass);
     for pixel in (0..part.height).flat_map(|y| (0..part.width).map(move |x| (x, y))) {
         for i in 0..pass.samples {
             rendering.sample(pixel, i, &mut values, &mut splats::Path::default());

@@ -7,7 +7,7 @@ use glam::{DQuat, DVec2, DVec3};
 use super::theory::{density::Photons, pane::Pane};
 use crate::{
     integrator::{
-        Model as _,
+        EyeRay, Model as _, Round,
         laws::{ALBEDO, CHANNELS, GLASS, Setup, ground},
     },
     law::{Effort, Finding, Law},
@@ -64,11 +64,14 @@ fn seen_through(effort: Effort) -> Vec<Finding> {
     let setup = setup();
     let mut found = [Moments::default(); EYES.len()];
     for pass in 0..u64::from(effort.samples(40)) {
-        let mapper = setup.integrator.prepared(&setup.scene, 51, pass).expect("there are photons to emit");
+        let mapper = setup
+            .integrator
+            .prepared(&setup.scene, &Round { seed: 51, pass, sample: 0 })
+            .expect("there are photons to emit");
         for (i, (degrees, eye)) in EYES.into_iter().enumerate() {
             let mut numbers = PathNumbers::Independent(Stream::at(&[52, pass, i as u64]));
             let radiance = around(&Ray::new(eye, looking(degrees)), |ray| {
-                mapper.radiance(&setup.scene, ray, &mut numbers, &mut [])
+                mapper.radiance(&setup.scene, &EyeRay::alone(*ray), &mut numbers, &mut [])
             });
             found[i].push(radiance[i]);
         }
