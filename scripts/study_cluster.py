@@ -15,29 +15,33 @@ Exit codes: 0 all is well; 1 what the study predicts does not hold; 2 bad input,
 import argparse
 import logging
 import os
+import queue
+import shutil
 import signal
 import sys
 from collections.abc import Sequence
+from dataclasses import asdict
 from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
 
 import etendue
 import study_parts
-import user_error
 from study_parts import Part
 from user_error import UserError
 
 try:
-    import cloudpickle
     import dask
     import distributed
 except ModuleNotFoundError as error:
     print(f"{error}; run: pip install -r scripts/requirements.txt", file=sys.stderr)
     sys.exit(2)
 
-QUEUES = {"slurm": "SLURMCluster", "pbs": "PBSCluster", "lsf": "LSFCluster"}
-SECONDS_TO_CONNECT = 20
+SCRIPTS = str(Path(__file__).resolve().parent)
+
+# How each batch system takes jobs, and what starts workers as such.
+QUEUES = {"slurm": ("sbatch", "SLURMCluster"), "pbs": ("qsub", "PBSCluster"), "lsf": ("bsub", "LSFCluster")}
+SECONDS_TO_CONNECT = 10
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -78,9 +82,8 @@ def connect(arguments: argparse.Namespace) -> tuple[distributed.Client, Any]:
     """The client, and the cluster that must be closed after it if it is ours."""
     # Workers that die are the normal case here: a part is given up only after as many deaths as a fault of its own may cost.
     dask.config.set({"distributed.scheduler.allowed-failures": arguments.retries, "distributed.admin.tick.limit": "1h"})
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    for module in (etendue, study_parts, user_error):
-        cloudpickle.register_pickle_by_value(module)
+    for noisy in ("distributed", "tornado.application"):
+        logging.getLogger(noisy).setLevel(logging.CRITICAL)
     cluster = None
     try:
         if arguments.scheduler is None:
@@ -110,6 +113,9 @@ def cores() -> int:
 def batch_cluster(arguments: argparse.Namespace) -> Any:
     import dask_jobqueue
 
+    program, kind = QUEUES[arguments.jobqueue]
+    if shutil.which(program) is None:
+        raise UserError(f"{arguments.jobqueue}: there is no {program} here; run this where jobs are submitted")
     options = {
         "queue": arguments.queue,
         "account": arguments.account,
@@ -124,10 +130,33 @@ def batch_cluster(arguments: argparse.Namespace) -> Any:
     }
     if arguments.jobqueue == "lsf":
         options["project"] = options.pop("account")
-    cluster = getattr(dask_jobqueue, QUEUES[arguments.jobqueue])(**{k: v for k, v in options.items() if v is not None})
+    submitted: queue.Queue[Exception | None] = queue.Queue()
+    base = getattr(dask_jobqueue, kind)
+    cls = type(kind, (base,), {"job_cls": telling(base.job_cls, submitted)})
+    cluster = cls(**{name: value for name, value in options.items() if value is not None})
     # Unlike a fixed number, this replaces jobs that end.
     cluster.adapt(minimum_jobs=arguments.jobs, maximum_jobs=arguments.jobs)
+    # A batch system that refuses the first job would refuse the others, again and again.
+    if error := submitted.get():
+        cluster.close()
+        raise UserError(f"{arguments.jobqueue}: refuses the job: {' '.join(str(error).split())}")
     return cluster
+
+
+def telling(base: type, submitted: queue.Queue[Exception | None]) -> type:
+    """The class of jobs `base`, each of which tells whether it could be submitted."""
+
+    class Job(base):
+        async def start(self) -> None:
+            try:
+                await super().start()
+            except Exception as error:
+                self.status = distributed.Status.failed
+                submitted.put(error)
+                raise
+            submitted.put(None)
+
+    return Job
 
 
 def threads(arguments: argparse.Namespace) -> int:
@@ -150,13 +179,22 @@ def missing_runs(study: Path, only: str) -> list[dict[str, Any]]:
     return sorted((run for run in runs if run["renderer"] != "mitsuba"), key=lambda run: -float(run["x"]))
 
 
+def make_part(scripts: str, part: dict[str, Any]) -> dict[str, Any]:
+    """What a worker does with a `Part`. As a function of the main program it goes by value to where our modules are unknown."""
+    if scripts not in sys.path:
+        sys.path.insert(0, scripts)
+    import study_parts
+
+    return asdict(study_parts.make(study_parts.Part(**part)))
+
+
 def make_runs(client: distributed.Client, runs: Sequence[Sequence[Part]], retries: int) -> list[str]:
     """Make all parts, and each run as soon as its parts are there; returns what went wrong, a line each."""
     by_run = {parts[0].run: parts for parts in runs}
     left, faults = {run: len(parts) for run, parts in by_run.items()}, []
     # Equal keys are equal work. The word that all begin with makes them one group, which the scheduler hands out one by one.
     futures = [
-        client.submit(study_parts.make, part, key=("part", part.name, part.folder), retries=retries, pure=False)
+        client.submit(make_part, SCRIPTS, asdict(part), key=("part", part.name, part.folder), retries=retries, pure=False)
         for parts in runs
         for part in parts
     ]
@@ -165,13 +203,14 @@ def make_runs(client: distributed.Client, runs: Sequence[Sequence[Part]], retrie
             faults.append(f"{future.key[1]}: {fault(future, found)}")
             continue
         future.release()
-        print(f"{found.part.name}: {found.state} in {found.seconds:.1f} s by {found.worker}", flush=True)
-        if found.state == "refused":
-            faults.append(f"{found.part.name}: {found.reason}")
+        name, run = future.key[1], found["part"]["run"]
+        print(f"{name}: {found['state']} in {found['seconds']:.1f} s by {found['worker']}", flush=True)
+        if found["state"] == "refused":
+            faults.append(f"{name}: {found['reason']}")
             continue
-        left[found.part.run] -= 1
-        if left[found.part.run] == 0:
-            study_parts.finish(by_run[found.part.run])
+        left[run] -= 1
+        if left[run] == 0:
+            study_parts.finish(by_run[run])
     return faults
 
 

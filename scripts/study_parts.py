@@ -3,8 +3,6 @@
 A part that is under way has a checkpoint, `2-of-4.partial`, which etendue writes whole every few seconds; a part that is
 finished has its exact sums in `2-of-4.sums`. Nothing else counts, so a worker may die at any moment, and two may do the same part
 at once: a checkpoint is a pure function of the samples that it holds.
-
-Workers get these functions by value: all that they need is Python with Dask, the shared folder and the program.
 """
 
 import hashlib
