@@ -32,8 +32,8 @@ def command(run: dict[str, Any], threads: int | None) -> list[str]:
     """The process that makes one run of the plan."""
     try:
         words = [run["scene"], "-o", run["output"], "--spp", str(run["spp"]), "--seed", str(run["seed"])]
-        options = {"--integrator": run["integrator"], "--variant": run.get("variant"), "--threads": threads}
-        named = {"--param": run["params"], "-D": run.get("defines", {})}
+        options = {f"--{name}": run[name] for name in ("integrator", "sampler", "variant")} | {"--threads": threads}
+        named = {"--param": run["params"], "-D": run["defines"]}
     except KeyError as error:
         raise UserError(f"{run.get('cell')}: the plan does not say its {error}") from error
     words += [word for name, value in options.items() if value for word in (name, str(value))]

@@ -45,6 +45,7 @@ class Run:
     spp: int
     seed: int
     integrator: str | None
+    sampler: str
     params: dict[str, str]
     defines: dict[str, str]
 
@@ -66,6 +67,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--spp", type=int, required=True, metavar="N", help="samples per pixel")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="the seed (default: %(default)s)")
     parser.add_argument("--integrator", metavar="NAME", help="replace the scene's integrator, keeping max_depth and the like")
+    parser.add_argument("--sampler", default="independent", metavar="NAME", help="replace the scene's (default: %(default)s)")
     parser.add_argument("--param", action="append", default=[], metavar="NAME=VALUE", help="set a parameter of the integrator")
     parser.add_argument("-D", dest="define", action="append", default=[], metavar="NAME=VALUE", help="set one of the scene")
     parser.add_argument("--variant", metavar="NAME", help="of Mitsuba (default: llvm_ad_rgb, or scalar_rgb without LLVM)")
@@ -85,9 +87,11 @@ def typed(text: str) -> bool | int | float | str:
     return text
 
 
-def change_integrator(mi: Any, state: Any, name: str | None, params: dict[str, str]) -> None:
-    """Give a parsed scene another integrator, or the parameters of its own; what all integrators have in common is kept."""
-    tree = Tree(mi, state)
+def change_scene(mi: Any, state: Any, run: Run) -> None:
+    """Give a parsed scene the sampler, integrator and parameters of a run; what all integrators have in common is kept."""
+    tree, name = Tree(mi, state), run.integrator
+    for node in tree.every("Sampler"):
+        tree.props(node).set_plugin_name(run.sampler)
     # A nested integrator belongs to another; the outer one is the child of the scene.
     found = [node for _, node in tree.children(0, "Integrator")]
     if not found:
@@ -98,7 +102,7 @@ def change_integrator(mi: Any, state: Any, name: str | None, params: dict[str, s
         for other in [other for other in props if other not in kept]:
             del props[other]
         props.set_plugin_name(name)
-    for param, value in params.items():
+    for param, value in run.params.items():
         props[param] = typed(value)
 
 
@@ -141,9 +145,11 @@ def make(run: Run, variant: str | None = None, threads: int | None = None) -> No
 
         drjit.set_thread_count(threads)
     try:
-        change = partial(change_integrator, renderer.mi, name=run.integrator, params=run.params)
-        loaded, used = ref.load_with_stand_ins(renderer, run.scene, run.defines, change)
+        loaded, used = ref.load_with_stand_ins(renderer, run.scene, run.defines, partial(change_scene, renderer.mi, run=run))
         measured = render(renderer, loaded, run.spp, run.seed, since)
+        # Some samplers round the number of samples up.
+        if (taken := loaded.sensors()[0].sampler().sample_count()) != run.spp:
+            raise UserError(f"{run.scene}: Mitsuba's {run.sampler} takes {taken} samples per pixel instead of {run.spp}")
     except RuntimeError as error:
         raise UserError(f"{run.scene}: Mitsuba: {' '.join(str(error).split())}") from error
     attributes = {
@@ -152,7 +158,7 @@ def make(run: Run, variant: str | None = None, threads: int | None = None) -> No
         "etendue.scene_sha256": scene_hash,
         "etendue.integrator": run.integrator or ref.integrator_name(run.scene, run.defines),
         "etendue.parameters": " ".join(f"{name}={value}" for name, value in [*run.params.items(), *run.defines.items()]),
-        "etendue.sampler": "independent",
+        "etendue.sampler": run.sampler,
         "etendue.spp": str(run.spp),
         "etendue.seed": str(run.seed),
         "etendue.seconds": f"{measured.seconds:.3f}",
@@ -177,8 +183,8 @@ def main() -> int:
     arguments = parse_arguments()
     try:
         params, defines = parse_parameters(arguments.param), parse_parameters(arguments.define)
-        run = Run(arguments.scene, arguments.output, arguments.spp, arguments.seed, arguments.integrator, params, defines)
-        make(run, arguments.variant, arguments.threads)
+        given = arguments.scene, arguments.output, arguments.spp, arguments.seed, arguments.integrator, arguments.sampler
+        make(Run(*given, params, defines), arguments.variant, arguments.threads)
     except UserError as error:
         print(f"mitsuba_run.py: {error}", file=sys.stderr)
         return 2

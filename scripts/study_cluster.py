@@ -189,28 +189,38 @@ def make_part(scripts: str, part: dict[str, Any]) -> dict[str, Any]:
 
 
 def make_runs(client: distributed.Client, runs: Sequence[Sequence[Part]], retries: int) -> list[str]:
-    """Make all parts, and each run as soon as its parts are there; returns what went wrong, a line each."""
-    by_run = {parts[0].run: parts for parts in runs}
-    left, faults = {run: len(parts) for run, parts in by_run.items()}, []
-    # Equal keys are equal work. The word that all begin with makes them one group, which the scheduler hands out one by one.
-    futures = [
-        client.submit(make_part, SCRIPTS, asdict(part), key=("part", part.name, part.folder), retries=retries, pure=False)
-        for parts in runs
-        for part in parts
-    ]
-    for future, found in distributed.as_completed(futures, with_results=True, raise_errors=False):
+    """Make all parts, and each run as soon as its parts are there; returns what went wrong, a line each.
+
+    A run of which a part is refused is made whole: there are integrators whose samples cannot be taken apart.
+    """
+
+    def submit(part: Part) -> distributed.Future:
+        # Equal keys are equal work. The word that all begin with makes them one group, which is handed out one by one.
+        key = ("part", part.name, part.folder)
+        return client.submit(make_part, SCRIPTS, asdict(part), key=key, retries=retries, pure=False)
+
+    parts_of, faults = {parts[0].run: list(parts) for parts in runs}, []
+    left = {run: len(parts) for run, parts in parts_of.items()}
+    futures = [submit(part) for parts in runs for part in parts]
+    completed = distributed.as_completed(futures, with_results=True, raise_errors=False)
+    for future, found in completed:
         if future.status != "finished":
             faults.append(f"{future.key[1]}: {fault(future, found)}")
             continue
         future.release()
-        name, run = future.key[1], found["part"]["run"]
-        print(f"{name}: {found['state']} in {found['seconds']:.1f} s by {found['worker']}", flush=True)
-        if found["state"] == "refused":
-            faults.append(f"{name}: {found['reason']}")
+        part = Part(**found["part"])
+        if part not in parts_of[part.run]:
             continue
-        left[run] -= 1
-        if left[run] == 0:
-            study_parts.finish(by_run[run])
+        print(f"{part.name}: {found['state']} in {found['seconds']:.1f} s by {found['worker']}", flush=True)
+        if found["state"] != "refused":
+            left[part.run] -= 1
+            if left[part.run] == 0:
+                study_parts.finish(parts_of[part.run])
+        elif part.count == 1:
+            faults.append(f"{part.name}: {found['reason']}")
+        else:
+            parts_of[part.run], left[part.run] = [part.whole()], 1
+            completed.add(submit(part.whole()))
     return faults
 
 

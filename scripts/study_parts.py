@@ -13,7 +13,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -53,6 +53,10 @@ class Part:
     @property
     def partial(self) -> Path:
         return self.sums.with_suffix(".partial")
+
+    def whole(self) -> "Part":
+        """The run, not split."""
+        return replace(self, index=1, count=1)
 
     def is_done(self) -> bool:
         return self.sums.is_file() and (self.count > 1 or Path(self.output).is_file())
