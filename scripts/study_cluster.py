@@ -41,7 +41,6 @@ SCRIPTS = str(Path(__file__).resolve().parent)
 
 # How each batch system takes jobs, and what starts workers as such.
 QUEUES = {"slurm": ("sbatch", "SLURMCluster"), "pbs": ("qsub", "PBSCluster"), "lsf": ("bsub", "LSFCluster")}
-SECONDS_TO_CONNECT = 10
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -88,7 +87,7 @@ def connect(arguments: argparse.Namespace) -> tuple[distributed.Client, Any]:
     try:
         if arguments.scheduler is None:
             cluster = local_cluster(arguments) if arguments.jobqueue is None else batch_cluster(arguments)
-        return distributed.Client(cluster or arguments.scheduler, timeout=SECONDS_TO_CONNECT), cluster
+        return distributed.Client(cluster or arguments.scheduler), cluster
     except (OSError, ValueError, RuntimeError) as error:
         if cluster:
             cluster.close()
