@@ -22,6 +22,7 @@ MITSUBA_RUN = Path(__file__).resolve().with_name("mitsuba_run.py")
 def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("study", type=Path, metavar="STUDY.toml", help="a study file")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="for the results (default: reports/studies/ and its stem)")
     parser.add_argument("--only", default="*", metavar="GLOB", help="only cells whose names match (default: all)")
     parser.add_argument("--threads", type=int, metavar="N", help="threads of Mitsuba (default: one per core)")
     parser.add_argument("--no-evaluate", action="store_true", help="only make the runs")
@@ -42,9 +43,9 @@ def command(run: dict[str, Any], threads: int | None) -> list[str]:
     return [sys.executable, str(MITSUBA_RUN), *words]
 
 
-def make_runs(study: Path, only: str, threads: int | None) -> int:
+def make_runs(study: Path, out: Path | None, only: str, threads: int | None) -> int:
     """Make the missing runs, each with a line of what it took; returns how many failed."""
-    runs = [run for run in etendue.plan(study) if run["renderer"] == "mitsuba" and fnmatch(run["cell"], only)]
+    runs = [run for run in etendue.plan(study, out=out) if run["renderer"] == "mitsuba" and fnmatch(run["cell"], only)]
     failed = 0
     for run in runs:
         name = f"{run['cell']} seed {run['seed']}"
@@ -63,15 +64,16 @@ def make_runs(study: Path, only: str, threads: int | None) -> int:
 def main() -> int:
     arguments = parse_arguments()
     try:
-        failed = make_runs(arguments.study, arguments.only, arguments.threads)
-        holds = arguments.no_evaluate or etendue.evaluate(arguments.study)
+        failed = make_runs(arguments.study, arguments.out, arguments.only, arguments.threads)
+        found = etendue.Evaluation(True, "") if arguments.no_evaluate else etendue.evaluate(arguments.study, out=arguments.out)
+        print(found.text, end="")
     except UserError as error:
         print(f"convergence.py: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print("convergence.py: interrupted; the same command goes on", file=sys.stderr)
         return etendue.INTERRUPTED
-    return 2 if failed else 0 if holds else 1
+    return 2 if failed else 0 if found.holds else 1
 
 
 if __name__ == "__main__":

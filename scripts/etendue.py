@@ -13,12 +13,12 @@ Whatever goes wrong is a `UserError` whose text is one line.
 import os
 import shutil
 import subprocess
-import warnings
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from json import JSONDecodeError, loads
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from user_error import UserError
 
@@ -189,8 +189,8 @@ def binary() -> Path:
 def run(arguments: Sequence[PathLike | int], good: Sequence[int] = (0,), cwd: PathLike | None = None) -> tuple[int, str]:
     """Run the program with these arguments; returns its exit code, one of `good`, and what it wrote to stdout.
 
-    Warnings become Python warnings. Raises EtendueError with the program's own line for any other exit code. If Python is
-    interrupted meanwhile, so is the program, which then writes what it has.
+    Its warnings go to stderr. Raises EtendueError with the program's own line for any other exit code. If Python is interrupted
+    meanwhile, so is the program, which then writes what it has.
     """
     command = [str(binary()), *(os.fspath(word) if isinstance(word, os.PathLike) else str(word) for word in arguments)]
     return run_command(command, good, cwd)
@@ -210,7 +210,7 @@ def run_command(command: Sequence[str], good: Sequence[int] = (0,), cwd: PathLik
             raise
     for line in stderr.splitlines():
         if line.startswith("warning: "):
-            warnings.warn(line.removeprefix("warning: "), stacklevel=2)
+            print(line, file=sys.stderr)
     if process.returncode not in good:
         raise EtendueError(error_line(stderr) or _ending(command[0], process.returncode), process.returncode)
     return process.returncode, stdout
@@ -291,40 +291,56 @@ def merge(shards: Sequence[PathLike], output: PathLike, *, checkpoint: PathLike 
 # --- studies -----------------------------------------------------------------------------------------------------------
 
 
-def plan(study: PathLike, *, every: bool = False) -> list[dict[str, Any]]:
+class Evaluation(NamedTuple):
+    """What became of a study: whether all that it predicts `holds`, and what the program says of it."""
+
+    holds: bool
+    text: str
+
+
+def plan(study: PathLike, *, out: PathLike | None = None, every: bool = False) -> list[dict[str, Any]]:
     """The runs of a study that are missing (`every`: all of them), each as `etendue study --plan` writes it.
 
-    Keys: cell, scene, method, renderer ("etendue" or "mitsuba"), x, seed, output, and `arguments`, the words after `etendue`
-    that make it but for `-o`; for Mitsuba instead integrator, params, variant and spp. Raises EtendueError for a bad study.
+    `out` is where the results go (default: reports/studies/ and the study's stem). Keys: cell, scene, method, renderer ("etendue"
+    or "mitsuba"), x, seed, output, and `arguments`, the words after `etendue` that make it but for `-o`; for Mitsuba instead
+    integrator, sampler, params, defines, variant and spp. Raises EtendueError for a bad study.
     """
-    _, text = run(["study", study, "--plan", *(["--all"] if every else [])])
+    _, text = run(["study", study, "--plan", *_options({"--out": out}), *["--all"] * every])
     try:
         return [loads(line) for line in text.splitlines() if line.strip()]
     except JSONDecodeError as error:
         raise UserError(f"{os.fspath(study)}: the plan is not JSON lines: {error}") from error
 
 
-def run_study(study: PathLike, *, jobs: int | None = None, threads: int | None = None, only: str | None = None) -> bool:
-    """Make the missing runs of a study with etendue and evaluate it; returns whether what it predicts holds.
+def run_study(
+    study: PathLike,
+    *,
+    out: PathLike | None = None,
+    jobs: int | None = None,
+    threads: int | None = None,
+    only: str | None = None,
+) -> Evaluation:
+    """Make the missing runs of a study with etendue and evaluate it.
 
     `jobs` renders at a time with `threads` each; `only` is a glob on cells. Raises EtendueError for a bad study.
     """
-    words = ["study", study, *_options({"--jobs": jobs, "--threads": threads, "--only": only})]
-    return run(words, good=(0, VERDICT_FAILED))[0] == 0
+    return _evaluated([study, *_options({"--out": out, "--jobs": jobs, "--threads": threads, "--only": only})])
 
 
-def evaluate(study: PathLike) -> bool:
-    """Write rows, cells, fits, plots and page of a study from the runs that exist; returns whether what it predicts holds."""
-    return run(["study", study, "--evaluate"], good=(0, VERDICT_FAILED))[0] == 0
+def evaluate(study: PathLike, *, out: PathLike | None = None) -> Evaluation:
+    """Write rows, cells, fits, plots and page of a study from the runs that exist. Raises EtendueError for a bad study."""
+    return _evaluated([study, "--evaluate", *_options({"--out": out})])
 
 
-def study_folder(study: PathLike) -> Path:
-    """Where a study keeps its runs and results. Raises EtendueError for a bad study, UserError for one without runs."""
-    runs = plan(study, every=True)
-    if not runs:
-        raise UserError(f"{os.fspath(study)}: has no runs")
-    # <out>/runs/<cell>/seed-<K>.exr
-    return Path(runs[0]["output"]).parents[2]
+def _evaluated(words: Sequence[PathLike]) -> Evaluation:
+    code, text = run(["study", *words], good=(0, VERDICT_FAILED))
+    return Evaluation(code == 0, text)
+
+
+def study_folder(study: PathLike, *, out: PathLike | None = None) -> Path:
+    """Where a study keeps its runs and results. Raises EtendueError for a bad study."""
+    # Each study has a run, in <out>/runs/<cell>/seed-<K>.exr.
+    return Path(plan(study, out=out, every=True)[0]["output"]).parents[2]
 
 
 def read_rows(folder: PathLike) -> "pd.DataFrame":
@@ -352,4 +368,7 @@ def _read_lines(path: Path) -> "pd.DataFrame":
             rows.append(loads(line))
         except JSONDecodeError as error:
             raise UserError(f"{path}:{number}: not JSON: {error.msg}") from error
-    return pd.DataFrame(rows)
+    table = pd.DataFrame(rows)
+    # What is null in every row is a number that nobody knows.
+    unknown = table.columns[table.isna().all()]
+    return table.astype(dict.fromkeys(unknown, float))

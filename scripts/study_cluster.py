@@ -46,6 +46,7 @@ QUEUES = {"slurm": ("sbatch", "SLURMCluster"), "pbs": ("qsub", "PBSCluster"), "l
 def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("study", type=Path, metavar="STUDY.toml", help="a study file")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="for the results (default: reports/studies/ and its stem)")
     parser.add_argument("--only", default="*", metavar="GLOB", help="only cells whose names match (default: all)")
     parser.add_argument("--shards", type=positive, default=1, metavar="N", help="tasks that a run is split into (default: 1)")
     parser.add_argument("--threads", type=positive, metavar="N", help="threads of a task (default: what a worker has)")
@@ -168,9 +169,9 @@ def threads(arguments: argparse.Namespace) -> int:
 # --- the work ----------------------------------------------------------------------------------------------------------
 
 
-def missing_runs(study: Path, only: str) -> list[dict[str, Any]]:
+def missing_runs(study: Path, out: Path | None, only: str) -> list[dict[str, Any]]:
     """The runs to make; names those that are left to convergence.py."""
-    runs = [run for run in etendue.plan(study) if fnmatch(run["cell"], only)]
+    runs = [run for run in etendue.plan(study, out=out) if fnmatch(run["cell"], only)]
     left = sum(run["renderer"] == "mitsuba" for run in runs)
     if left:
         print(f"{left} runs of Mitsuba are missing: scripts/convergence.py makes them", flush=True)
@@ -232,7 +233,7 @@ def fault(future: distributed.Future, found: Any) -> str:
 
 
 def work(arguments: argparse.Namespace) -> int:
-    runs = missing_runs(arguments.study, arguments.only)
+    runs = missing_runs(arguments.study, arguments.out, arguments.only)
     faults: list[str] = []
     if runs:
         options = (etendue.binary(), arguments.shards, threads(arguments), arguments.every)
@@ -247,9 +248,11 @@ def work(arguments: argparse.Namespace) -> int:
                 cluster.close()
     for line in faults:
         print(f"study_cluster.py: {line}", file=sys.stderr)
-    if faults:
-        return 2
-    return 0 if arguments.no_evaluate or etendue.evaluate(arguments.study) else 1
+    if faults or arguments.no_evaluate:
+        return 2 if faults else 0
+    found = etendue.evaluate(arguments.study, out=arguments.out)
+    print(found.text, end="")
+    return 0 if found.holds else 1
 
 
 def main() -> int:
