@@ -66,6 +66,11 @@ impl Model for Blend {
         self.bsdfs.iter().any(Bsdf::is_smooth)
     }
 
+    fn is_glossy(&self) -> bool {
+        // Photons show what is diffuse in it.
+        self.is_smooth() && self.bsdfs.iter().filter(|bsdf| bsdf.is_smooth()).all(Bsdf::is_glossy)
+    }
+
     fn eval_cos(&self, query: &Query, wo: DVec3) -> Rgb {
         self.parts(query.uv).map(|(share, bsdf)| share * bsdf.eval_cos(query, wo)).sum()
     }

@@ -98,6 +98,10 @@ impl Model for Metal {
         self.roughness > 0.0
     }
 
+    fn is_glossy(&self) -> bool {
+        self.is_smooth() && self.roughness < 0.5
+    }
+
     fn eval_cos(&self, query: &Query, wo: DVec3) -> Rgb {
         if !self.is_smooth() {
             return Rgb::ZERO;

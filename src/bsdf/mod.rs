@@ -101,6 +101,12 @@ pub trait Model {
     /// The colour that the `albedo` layer shows: the reflectance, as good as the model knows it.
     fn albedo(&self, uv: DVec2) -> Rgb;
 
+    /// Whether it scatters over so few directions that a path from the eye should rather go on than look around for
+    /// photons, of which next to none would come from there.
+    fn is_glossy(&self) -> bool {
+        false
+    }
+
     /// Whether there are single directions.
     fn has_delta(&self) -> bool {
         !self.is_smooth()
@@ -188,6 +194,11 @@ impl Model for Bsdf {
 
     fn albedo(&self, uv: DVec2) -> Rgb {
         each_bsdf!(self, bsdf => bsdf.albedo(uv))
+    }
+
+    #[inline]
+    fn is_glossy(&self) -> bool {
+        each_bsdf!(self, bsdf => bsdf.is_glossy())
     }
 
     #[inline]

@@ -86,6 +86,10 @@ impl Model for Phong {
         true
     }
 
+    fn is_glossy(&self) -> bool {
+        self.exponent > 10.0 && self.diffuse_reflectance.extremes().1 == Rgb::ZERO
+    }
+
     fn eval_cos(&self, query: &Query, wo: DVec3) -> Rgb {
         if cos_theta(query.wi) <= 0.0 || cos_theta(wo) <= 0.0 {
             return Rgb::ZERO;

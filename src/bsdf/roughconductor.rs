@@ -77,6 +77,10 @@ impl Model for RoughConductor {
         true
     }
 
+    fn is_glossy(&self) -> bool {
+        self.facets.alpha.x * self.facets.alpha.y < 0.3 * 0.3
+    }
+
     fn eval_cos(&self, query: &Query, wo: DVec3) -> Rgb {
         let wi = query.wi;
         if cos_theta(wi) <= 0.0 || cos_theta(wo) <= 0.0 {

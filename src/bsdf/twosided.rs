@@ -72,6 +72,10 @@ impl Model for TwoSided {
         self.front.is_smooth() || self.back.is_smooth()
     }
 
+    fn is_glossy(&self) -> bool {
+        self.front.is_glossy() || self.back.is_glossy()
+    }
+
     fn eval_cos(&self, query: &Query, wo: DVec3) -> Rgb {
         let (side, query, sign) = self.side(query);
         side.eval_cos(&query, flip(wo, sign))

@@ -62,7 +62,7 @@ impl Render {
         let document = self.source.read()?;
         let renderer = self.source.renderer(&document, self.integrator.clone())?;
         if let Some(at) = self.replay {
-            let samples = self.spp.unwrap_or(renderer.scene.sensor.sampler.sample_count());
+            let samples = self.spp.unwrap_or(renderer.samples());
             return replay(&renderer, self.pass(&renderer, samples), at);
         }
         self.keeping.check(&renderer)?;
@@ -83,7 +83,7 @@ impl Render {
     fn work(&self, document: &Document, renderer: &Renderer) -> anyhow::Result<Work> {
         let sampler = &renderer.scene.sensor.sampler;
         let resumed = self.keeping.resumed()?;
-        let goal = self.keeping.goal(self.spp, resumed.as_ref(), sampler.is_open_ended(), sampler.sample_count())?;
+        let goal = self.keeping.goal(self.spp, resumed.as_ref(), sampler.is_open_ended(), renderer.samples())?;
         let pass = self.pass(renderer, goal.unwrap_or(u32::MAX));
         let identity = self.source.identity(document, self.integrator.clone(), renderer, pass)?;
         let range = self.keeping.range(goal)?;

@@ -170,6 +170,10 @@ impl Model for Aov {
         }
     }
 
+    fn samples(&self) -> Option<u32> {
+        self.child.as_ref().and_then(|child| child.samples())
+    }
+
     fn notes(&self) -> Notes {
         self.child.as_ref().map(|child| child.notes()).unwrap_or_default()
     }

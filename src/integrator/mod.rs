@@ -3,11 +3,14 @@
 mod aov;
 mod depth;
 mod direct;
+mod eye_walk;
 pub mod laws;
 mod moment;
 mod path;
 mod photonmapper;
+mod photons;
 mod ptracer;
+mod sppm;
 
 pub use aov::Aov;
 pub use depth::Depth;
@@ -16,6 +19,7 @@ pub use moment::Moment;
 pub use path::Path;
 pub use photonmapper::PhotonMapper;
 pub use ptracer::ParticleTracer;
+pub use sppm::Sppm;
 
 use crate::{
     film::{LayerSpec, splats},
@@ -134,6 +138,11 @@ pub trait Model {
     /// Makes it go on from what [`Model::memory`] gave.
     fn remember(&mut self, _memory: Vec<f64>) {}
 
+    /// Samples of each pixel that it asks for, if it does.
+    fn samples(&self) -> Option<u32> {
+        None
+    }
+
     /// What it has gathered and done.
     fn notes(&self) -> Notes {
         Notes::default()
@@ -166,6 +175,8 @@ catalogue! { ($)
         ParticleTracer(ParticleTracer),
         /// Photon mapping.
         PhotonMapper(PhotonMapper),
+        /// Stochastic progressive photon mapping.
+        Sppm(Sppm),
         /// Direct light only.
         Direct(Direct),
         /// The distance to the first surface.
@@ -210,6 +221,10 @@ impl Model for Integrator {
         each_integrator!(self, integrator => integrator.remember(memory))
     }
 
+    fn samples(&self) -> Option<u32> {
+        each_integrator!(self, integrator => integrator.samples())
+    }
+
     fn has_variance(&self) -> bool {
         each_integrator!(self, integrator => integrator.has_variance())
     }
@@ -238,6 +253,13 @@ const TRANSPARENT_SHADOWS: Param = Param::new(
     Kind::Boolean,
     "false",
     "whether connections to lights pass glass, unbent and weighted by its transmittance; not physical",
+);
+/// Whether layers show the four classes of paths apart.
+const PATH_CLASSES: Param = Param::new(
+    "path_classes",
+    Kind::Boolean,
+    "false",
+    "whether layers direct, specular, caustic, indirect add up to the image",
 );
 const MAX_DEPTH: Param =
     Param::new("max_depth", Kind::Integer, "-1", "segments of the longest path; 1 is emission only, -1 no limit")

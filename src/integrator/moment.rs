@@ -66,6 +66,10 @@ impl Model for Moment {
         self.child.remember(memory);
     }
 
+    fn samples(&self) -> Option<u32> {
+        self.child.samples()
+    }
+
     fn notes(&self) -> Notes {
         self.child.notes()
     }

@@ -1,12 +1,12 @@
 use super::{
-    EyeRay, HIDE_EMITTERS, MAX_DEPTH, Model, RR_DEPTH, TRANSPARENT_SHADOWS, first_vertex, not_physical, read_depths,
-    read_shadows,
+    EyeRay, HIDE_EMITTERS, MAX_DEPTH, Model, PATH_CLASSES, RR_DEPTH, TRANSPARENT_SHADOWS, first_vertex, not_physical,
+    read_depths, read_shadows,
 };
 use crate::{
     bsdf::{Lobe, Model as _},
     film::LayerSpec,
     math::{PerSolidAngle, Ray, Rgb},
-    node::{Category, Described, Kind, Param, Params, Plugin, SceneError},
+    node::{Category, Described, Params, Plugin, SceneError},
     sampler::{Numbers as _, PathNumbers},
     scene::{Scene, Vertex},
     transport::{Depths, FromEye, Junction, PathClass, Shadows, power_heuristic, survival},
@@ -25,14 +25,6 @@ pub struct Path {
     shadows: Shadows,
     shows_classes: bool,
 }
-
-/// Whether layers show the four classes of paths apart.
-const PATH_CLASSES: Param = Param::new(
-    "path_classes",
-    Kind::Boolean,
-    "false",
-    "whether layers direct, specular, caustic, indirect add up to the image",
-);
 
 impl Described for Path {
     const PLUGIN: Plugin = Plugin {

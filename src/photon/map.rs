@@ -50,6 +50,12 @@ impl Site {
         Self { p: vertex.surface.p, n, patch, key: surface_key(n, patch), polygon: scene.polygon(vertex) }
     }
 
+    /// A place on a plane without border.
+    #[cfg(test)]
+    pub(super) fn flat(p: DVec3, n: DVec3, patch: u32) -> Self {
+        Self { p, n, patch, key: surface_key(n, patch), polygon: None }
+    }
+
     /// Whether a photon arrived at this side of this surface, where it is not turned by more than 45 degrees.
     #[inline]
     fn shares(&self, photon: &Photon) -> bool {
@@ -164,7 +170,7 @@ fn spread(x: u64) -> u64 {
 }
 
 /// What photons count at a place, for a radius.
-struct Share<'s> {
+pub(super) struct Share<'s> {
     site: &'s Site,
     kernel: Kernel,
     radius_squared: f64,
@@ -175,14 +181,15 @@ struct Share<'s> {
 }
 
 impl<'s> Share<'s> {
-    fn new(site: &'s Site, lookup: &Lookup, radius_squared: f32) -> Self {
+    pub(super) fn new(site: &'s Site, lookup: &Lookup, radius_squared: f32) -> Self {
         let radius_squared = f64::from(radius_squared);
         let per_radius_squared = radius_squared.recip();
         Self { site, kernel: lookup.kernel, radius_squared, per_radius_squared, height: None }
     }
 
+    /// Shows a photon if it is on the surface that is looked at.
     #[inline]
-    fn show(&mut self, photon: &Photon, distance_squared: f32, show: &mut impl FnMut(&Photon, f64)) {
+    pub(super) fn show(&mut self, photon: &Photon, distance_squared: f32, show: &mut impl FnMut(&Photon, f64)) {
         if !self.site.shares(photon) {
             return;
         }
@@ -220,8 +227,7 @@ mod tests {
         let photon = Photon::new(Rgb::ONE, DVec3::Z, DVec3::Z, 7, 1, PathClass::Direct);
         for p in [DVec3::ZERO, DVec3::new(-1e-9, -1e-9, 0.0), DVec3::new(0.5, -1e-6, 0.0)] {
             let map = Map::new(&[p.as_vec3().to_array()], vec![photon]);
-            let key = surface_key(DVec3::Z, 7);
-            let site = Site { p, n: DVec3::Z, patch: 7, key, polygon: Some(square) };
+            let site = Site { polygon: Some(square), ..Site::flat(p, DVec3::Z, 7) };
             for radius in [1e-20, 1e-12, 1e-7, 0.1, 1e15] {
                 for (_, kernel) in Kernel::ALL {
                     let mut counts = Vec::new();

@@ -4,16 +4,19 @@
 
 mod border;
 pub mod files;
+mod grid;
 mod kernel;
 pub mod laws;
 mod map;
 mod packed;
+pub mod radius;
 mod shadow;
 mod trace;
 
 pub use border::mass_within;
+pub use grid::Grid;
 pub use kernel::Kernel;
 pub use map::{Lookup, Map, Site};
 pub use packed::{LONGEST, Photon};
 pub use shadow::{Shade, ShadowMap};
-pub use trace::{Aim, Harvest, Tally, harvest};
+pub use trace::{Aim, Harvest, Tally, batches, harvest};

@@ -82,6 +82,12 @@ impl Renderer {
         warnings
     }
 
+    /// Samples of each pixel that the scene asks for.
+    #[must_use]
+    pub fn samples(&self) -> u32 {
+        self.integrator.samples().unwrap_or(self.scene.sensor.sampler.sample_count())
+    }
+
     /// A film without samples, with the layers of this integrator.
     #[must_use]
     pub fn film(&self) -> Film {

@@ -1,13 +1,9 @@
 use glam::DVec3;
 
-use super::{
-    Parts,
-    eye::{Eye, Walk},
-    guide::Guide,
-    settings::Direct,
-};
+use super::{eye::Eye, guide::Guide, settings::Direct};
 use crate::{
     bsdf::{Lobe, Model as _, Sample},
+    integrator::{eye_walk::EyeWalk, photons::Parts},
     math::{PerSolidAngle, Ray, Rgb},
     photon::{Shade, Site},
     sampler::{Numbers as _, PathNumbers},
@@ -113,13 +109,13 @@ impl Eye<'_> {
         found: &mut Parts,
     ) {
         let scene = self.scene;
-        let mut walk = Walk::START;
-        if !self.advance(&mut walk, &junction.vertex, sample, 0, numbers) {
+        let mut walk = EyeWalk::new(scene, self.settings.depths);
+        if !walk.advance(&junction.vertex, sample, 0, numbers) {
             return;
         }
         if let Some(weight) = weight {
             let weight = weight(scene.light_density(junction.p(), walk.met.as_ref()));
-            found.add(PathClass::Direct, weight * walk.throughput * self.shining(&walk));
+            found.add(PathClass::Direct, weight * walk.throughput * walk.shining());
         }
         for depth in depth.. {
             let Some(vertex) = walk.met else { return };
@@ -139,7 +135,7 @@ impl Eye<'_> {
             }
             let drawn = next.bsdf.sample(&next.query, numbers.next_1d(), numbers.next_2d());
             let Some(sample) = drawn.filter(|sample| sample.lobe != Lobe::Smooth) else { return };
-            if !self.advance(&mut walk, &vertex, &sample, depth, numbers) {
+            if !walk.advance(&vertex, &sample, depth, numbers) {
                 return;
             }
         }

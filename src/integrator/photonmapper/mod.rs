@@ -10,7 +10,10 @@ use eye::Eye;
 use maps::Maps;
 use settings::{PARAMS, Settings};
 
-use super::{EyeRay, Model, Notes, Preparation, Round};
+use super::{
+    EyeRay, Model, Notes, Preparation, Round,
+    photons::{Parts, check_photons},
+};
 use crate::{
     film::LayerSpec,
     math::Rgb,
@@ -81,24 +84,6 @@ impl PhotonMapper {
     }
 }
 
-const MOST_POWER: f64 = 1e34;
-const LEAST_POWER: f64 = 1e-24;
-
-/// The four parts of what a path shows.
-#[derive(Default)]
-struct Parts([Rgb; 4]);
-
-impl Parts {
-    fn add(&mut self, class: PathClass, light: Rgb) {
-        self.0[class as usize] += light;
-    }
-
-    /// Adds all parts of another, times a factor.
-    fn add_all(&mut self, other: &Self, factor: f64) {
-        self.0.iter_mut().zip(other.0).for_each(|(sum, light)| *sum += factor * light);
-    }
-}
-
 impl Model for PhotonMapper {
     fn layers(&self) -> Vec<LayerSpec> {
         let parts = PathClass::ALL.iter().map(|class| class.name());
@@ -106,17 +91,7 @@ impl Model for PhotonMapper {
     }
 
     fn check(&self, scene: &Scene) -> Result<(), String> {
-        if !scene.has_smooth() {
-            return Err("no surface can keep a photon, for none scatters over more than single directions".into());
-        }
-        // Photons hold their power in f32.
-        if scene.power() > MOST_POWER || scene.power() > 0.0 && scene.power() < LEAST_POWER {
-            let power = scene.power();
-            return Err(format!(
-                "its lights emit {power:.3e} W, and photons are made for {LEAST_POWER:e} to {MOST_POWER:e} W in all"
-            ));
-        }
-        scene.check_emission()
+        check_photons(scene)
     }
 
     fn preparation(&self) -> Preparation {

@@ -1,9 +1,12 @@
 use std::num::NonZeroUsize;
 
 use crate::{
-    integrator::{HIDE_EMITTERS, MAX_DEPTH, RR_DEPTH, read_depths},
+    integrator::{
+        HIDE_EMITTERS, MAX_DEPTH,
+        photons::{KERNEL, PHOTON_RR_DEPTH, read_kernel, read_photon_depths},
+    },
     node::{Kind, Param, Params, Range, SceneError},
-    photon::{Kernel, LONGEST, Lookup},
+    photon::{Kernel, Lookup},
     scene::Scene,
     sensor::Model as _,
     transport::Depths,
@@ -63,12 +66,7 @@ pub(super) const PARAMS: &[Param] = &[
         "no photon of the caustic map is taken from farther away, in m",
     )
     .within(Range::LENGTH),
-    Param::new(
-        "kernel",
-        Kind::Choice(&["constant", "cone", "epanechnikov"]),
-        "epanechnikov",
-        "what a photon counts at a distance",
-    ),
+    KERNEL,
     Param::new("direct", Kind::Choice(&["traced", "map", "shadow_photons"]), "traced", "how direct light is found"),
     Param::new("indirect", Kind::Choice(&["final_gather", "map"]), "final_gather", "how indirect light is found"),
     Param::new("gather_samples", Kind::Integer, "1", "rays of each final gathering").within(Range {
@@ -84,21 +82,13 @@ pub(super) const PARAMS: &[Param] = &[
     ),
     Param::new("raw_estimate", Kind::Boolean, "false", "whether a layer \"raw\" shows the global map itself"),
     MAX_DEPTH,
-    Param::new(
-        "rr_depth",
-        Kind::Integer,
-        "1",
-        "segments after which Russian roulette of photons begins; of paths from the eye at 5 or later",
-    )
-    .within(RR_DEPTH.range),
+    PHOTON_RR_DEPTH,
     HIDE_EMITTERS,
 ];
 
 impl Settings {
     pub(super) fn read(params: &Params<'_>) -> Result<Self, SceneError> {
         let count = |name| params.integer(name).map(|count| count.unsigned_abs());
-        let kernel = params.string("kernel")?;
-        let (_, kernel) = Kernel::ALL.into_iter().find(|(name, _)| *name == kernel).expect("the table has these");
         let direct = match params.string("direct")? {
             "map" => Direct::Map,
             "shadow_photons" => Direct::ShadowPhotons,
@@ -111,12 +101,12 @@ impl Settings {
             nearest: Self::read_nearest(params)?,
             global_radius: params.optional_float("global_lookup_radius")?,
             caustic_radius: params.optional_float("caustic_lookup_radius")?,
-            kernel,
+            kernel: read_kernel(params)?,
             direct,
             gather: (params.string("indirect")? == "final_gather").then_some(gather_samples),
             is_guided: params.boolean("gather_importance")?,
             shows_raw: params.boolean("raw_estimate")?,
-            depths: Self::read_depths(params)?,
+            depths: read_photon_depths(params)?,
             hide_emitters: params.boolean(HIDE_EMITTERS.name)?,
         })
     }
@@ -129,16 +119,6 @@ impl Settings {
             }
             nearest => Ok(NonZeroUsize::new(nearest)),
         }
-    }
-
-    /// Photons know the lengths of their paths up to a limit.
-    fn read_depths(params: &Params<'_>) -> Result<Depths, SceneError> {
-        let depths = read_depths(params)?;
-        if depths.max != u32::MAX && depths.max > LONGEST {
-            let error = params.error(MAX_DEPTH.name, format!("\"max_depth\" is {}", depths.max));
-            return Err(error.hint(format!("must be at most {LONGEST} for a photon mapper, or -1")));
-        }
-        Ok(depths)
     }
 
     /// The lookups of the global and of the caustic map. Radii that are not given are a share of the scene's radius, but not

@@ -6,7 +6,7 @@ mod file;
 use std::fmt::Write as _;
 
 use rangemap::RangeSet;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
 
 use super::{Pass, Renderer, drive::count};
 use crate::{
@@ -133,9 +133,19 @@ pub struct Record {
     /// How many samples of each pixel there will be when it is complete, if that is known.
     pub goal: Option<u32>,
     /// Which samples of each pixel are taken.
+    #[serde(deserialize_with = "ranges")]
     pub taken: RangeSet<u32>,
     /// What they took.
     pub cost: Cost,
+}
+
+/// The crate's own reader panics at ranges that are none.
+fn ranges<'de, D: Deserializer<'de>>(from: D) -> Result<RangeSet<u32>, D::Error> {
+    let pairs: Vec<(u32, u32)> = Vec::deserialize(from)?;
+    if let Some((start, end)) = pairs.iter().find(|(start, end)| start >= end) {
+        return Err(D::Error::custom(format!("from {start} to {end} is no range of samples")));
+    }
+    Ok(pairs.into_iter().map(|(start, end)| start..end).collect())
 }
 
 /// A render as far as it is.

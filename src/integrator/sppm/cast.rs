@@ -1,0 +1,106 @@
+use std::{
+    sync::atomic::{AtomicU32, Ordering},
+    time::Instant,
+};
+
+use super::settings::{Schedule, Settings};
+use crate::{
+    integrator::{Notes, Round},
+    math::rng::hash,
+    photon::{
+        Aim, Grid, Harvest, batches,
+        radius::{PixelRadius, of_pass},
+    },
+    scene::Scene,
+    transport::Depths,
+};
+
+/// What a pass has: photons and radii, and what its pixels find.
+#[derive(Debug)]
+pub(super) struct Cast {
+    pub(super) photons: Grid,
+    radii: Radii,
+    /// The photons that each pixel has found.
+    found: Vec<AtomicU32>,
+    notes: Notes,
+}
+
+/// Squares of radii over those of the first pass.
+#[derive(Debug)]
+enum Radii {
+    /// Of all pixels.
+    Pass(f64),
+    /// Of each.
+    Pixels(Vec<PixelRadius>),
+}
+
+/// What streams of random numbers are for, so that photons share none with the samples of pixels.
+const PHOTONS: u64 = 0x73_7070_6d00;
+
+impl Cast {
+    /// Emits the photons of a round. The radii are those after the round before, none before the first.
+    pub(super) fn new(scene: &Scene, settings: &Settings, round: &Round, radii: Vec<PixelRadius>) -> Self {
+        let start = Instant::now();
+        let crop = scene.sensor.film.rendered();
+        let pixels = crop.width as usize * crop.height as usize;
+        let radii = match settings.schedule {
+            Schedule::PerPass => Radii::Pass(of_pass(round.sample, settings.alpha)),
+            Schedule::PerPixel if radii.is_empty() => Radii::Pixels(vec![PixelRadius::FIRST; pixels]),
+            Schedule::PerPixel => Radii::Pixels(radii),
+        };
+        // The last segment is that to the eye.
+        let depths = Depths { max: settings.depths.max.saturating_sub(1), ..settings.depths };
+        // No two passes share a number.
+        let address = [round.seed, round.pass, hash(&[PHOTONS, u64::from(round.sample)])];
+        let harvest = batches(scene, Aim::Everywhere, settings.photon_count, depths, address);
+        let radius = settings.typical_radius(scene) * radii.mean().sqrt();
+        let photons = Grid::new(&harvest, 2.0 * radius);
+        let fact = format!(
+            "pass {}: {} photons of {} emitted, radii some {radius:.3e} m, {:.2} s",
+            round.sample,
+            photons.len(),
+            settings.photon_count,
+            start.elapsed().as_secs_f64()
+        );
+        let warning = if photons.is_empty() { Harvest::join(harvest).warning(Aim::Everywhere) } else { None };
+        let notes = Notes { facts: vec![fact], warnings: warning.into_iter().collect() };
+        let found = if matches!(radii, Radii::Pixels(_)) { pixels } else { 0 };
+        Self { photons, radii, found: std::iter::repeat_with(AtomicU32::default).take(found).collect(), notes }
+    }
+
+    pub(super) fn notes(&self) -> Notes {
+        self.notes.clone()
+    }
+
+    /// The radius of a pixel over that of the first pass.
+    pub(super) fn shrinkage(&self, pixel: usize) -> f64 {
+        match &self.radii {
+            Radii::Pass(squared) => squared.sqrt(),
+            Radii::Pixels(radii) => radii[pixel].squared.sqrt(),
+        }
+    }
+
+    /// Counts what a pixel has found.
+    pub(super) fn count(&self, pixel: usize, photons: u32) {
+        if let Some(found) = self.found.get(pixel) {
+            found.fetch_add(photons, Ordering::Relaxed);
+        }
+    }
+
+    /// The radii of the next round, if they depend on this one.
+    pub(super) fn next_radii(&self, alpha: f64) -> Vec<PixelRadius> {
+        let Radii::Pixels(radii) = &self.radii else { return Vec::new() };
+        let next = |(radius, found): (&PixelRadius, &AtomicU32)| radius.after(found.load(Ordering::Relaxed), alpha);
+        radii.iter().zip(&self.found).map(next).collect()
+    }
+}
+
+impl Radii {
+    /// The mean of the squares.
+    fn mean(&self) -> f64 {
+        match self {
+            Self::Pass(squared) => *squared,
+            Self::Pixels(radii) => radii.iter().map(|radius| radius.squared).sum::<f64>() / radii.len().max(1) as f64,
+        }
+    }
+}

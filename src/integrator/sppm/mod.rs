@@ -1,0 +1,134 @@
+mod cast;
+mod eye;
+mod settings;
+
+use std::sync::Arc;
+
+use cast::Cast;
+use eye::Eye;
+use settings::{PARAMS, Schedule, Settings};
+
+use super::{
+    EyeRay, Model, Notes, Preparation, Round,
+    photons::{Parts, check_photons},
+};
+use crate::{
+    film::LayerSpec,
+    math::Rgb,
+    node::{Category, Described, Params, Plugin, SceneError},
+    photon::radius::PixelRadius,
+    sampler::PathNumbers,
+    scene::Scene,
+    transport::PathClass,
+};
+
+/// Stochastic progressive photon mapping: each pass emits photons, sees them by one path from the eye for every pixel, and
+/// forgets them, and the radius within which they are seen shrinks from pass to pass. So the image converges to the true
+/// one, caustics in mirrors included, in memory that depends on the film and the photons of one pass alone. `--spp N` means N
+/// passes.
+///
+/// A path from the eye goes on through mirrors and glass, and where a surface is glossy, so that it shows what photons
+/// from all around would miss; it ends where photons are gathered. Light that comes straight from lights is found by
+/// connections (`direct` traced), or like all other light in photons (`map`). Photons count on their own side of their own
+/// shape, and near the border of a rectangle or of a cube's face the disc is what lies within it.
+///
+/// The image is the mean over passes of the density of power around what a pixel sees. This is the flux of Hachisuka and
+/// Jensen: they multiply what has been gathered, τ, by R'²/R² when R shrinks to R', so that τ/R² is a sum over passes, each
+/// divided by the square of its own radius.
+///
+/// | `radius_schedule` | the square of the radius after n passes | passes |
+/// |---|---|---|
+/// | `per_pixel` | shrinks by the photons found, where they are as many in each pass like `n^(1-1/α)` | build on one another |
+/// | `per_pass` | `n^(α-1) / Γ(1+α)` times the first | are independent, and can be rendered anywhere in any order |
+///
+/// The radius of the first pass is `initial_radius`, or as far as two pixels reach where the path from the eye ends.
+///
+/// Hachisuka and Jensen 2009, "Stochastic Progressive Photon Mapping"; Knaus and Zwicker 2011, "Progressive Photon
+/// Mapping: A Probabilistic Approach".
+#[derive(Clone, Debug)]
+pub struct Sppm {
+    settings: Settings,
+    /// What the passes before have made of the radii; empty before the first.
+    radii: Vec<PixelRadius>,
+    /// What the current pass has.
+    cast: Option<Arc<Cast>>,
+}
+
+impl Described for Sppm {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Integrator,
+        name: "sppm",
+        summary: "Stochastic progressive photon mapping: photon maps that converge.",
+        params: PARAMS,
+        examples: &[
+            r#"<integrator type="sppm"><integer name="photon_count" value="100000"/></integrator>"#,
+            r#"<integrator type="sppm"><string name="radius_schedule" value="per_pass"/><float name="alpha" value="0.6667"/>
+                <float name="initial_radius" value="0.05"/><string name="direct" value="map"/></integrator>"#,
+        ],
+        evidence: &["progressive/*"],
+    };
+
+    fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        Ok(Self { settings: Settings::read(params)?, radii: Vec::new(), cast: None })
+    }
+}
+
+impl Sppm {
+    /// The radii of the round after the current one, if they depend on what that finds.
+    fn next_radii(&self) -> Vec<PixelRadius> {
+        self.cast.as_ref().map_or_else(|| self.radii.clone(), |cast| cast.next_radii(self.settings.alpha))
+    }
+}
+
+impl Model for Sppm {
+    fn layers(&self) -> Vec<LayerSpec> {
+        let parts = PathClass::ALL.iter().map(|class| LayerSpec::sampled(class.name()));
+        if self.settings.shows_classes { parts.collect() } else { Vec::new() }
+    }
+
+    fn check(&self, scene: &Scene) -> Result<(), String> {
+        check_photons(scene)
+    }
+
+    fn preparation(&self) -> Preparation {
+        match self.settings.schedule {
+            Schedule::PerPixel => Preparation::Chain,
+            Schedule::PerPass => Preparation::Sample,
+        }
+    }
+
+    fn prepared(&self, scene: &Scene, round: &Round) -> Option<Self> {
+        let cast = Cast::new(scene, &self.settings, round, self.next_radii());
+        Some(Self { settings: self.settings.clone(), radii: Vec::new(), cast: Some(Arc::new(cast)) })
+    }
+
+    fn memory(&self) -> Vec<f64> {
+        self.next_radii().iter().flat_map(|radius| [radius.squared, radius.photons]).collect()
+    }
+
+    fn remember(&mut self, memory: Vec<f64>) {
+        let radius = |pair: &[f64]| PixelRadius { squared: pair[0], photons: pair[1] };
+        self.radii = memory.chunks_exact(2).map(radius).collect();
+        self.cast = None;
+    }
+
+    fn samples(&self) -> Option<u32> {
+        self.settings.max_passes
+    }
+
+    fn notes(&self) -> Notes {
+        self.cast.as_ref().map(|cast| cast.notes()).unwrap_or_default()
+    }
+
+    fn radiance(&self, scene: &Scene, eye: &EyeRay, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
+        let cast = self.cast.as_ref().expect("photons are emitted before the pass");
+        let mut parts = Parts::default();
+        Eye { scene, settings: &self.settings, cast }.look(eye, numbers, &mut parts);
+        if self.settings.shows_classes {
+            for (layer, light) in layers.chunks_exact_mut(3).zip(parts.0) {
+                light.write_to_slice(layer);
+            }
+        }
+        parts.0.iter().sum()
+    }
+}

@@ -1,0 +1,110 @@
+use crate::{
+    integrator::{
+        HIDE_EMITTERS, MAX_DEPTH, PATH_CLASSES,
+        photons::{KERNEL, PHOTON_RR_DEPTH, read_kernel, read_photon_depths},
+    },
+    node::{Kind, Param, Params, Range, SceneError},
+    photon::Kernel,
+    scene::Scene,
+    sensor::Model as _,
+    transport::Depths,
+};
+
+/// What a scene file says of progressive photon mapping.
+#[derive(Clone, Debug)]
+pub(super) struct Settings {
+    pub(super) max_passes: Option<u32>,
+    pub(super) photon_count: u64,
+    /// In m; None takes what some pixels see.
+    pub(super) initial_radius: Option<f64>,
+    pub(super) alpha: f64,
+    pub(super) schedule: Schedule,
+    pub(super) kernel: Kernel,
+    /// Whether connections find the light that comes straight from lights; else photons do.
+    pub(super) connects: bool,
+    pub(super) depths: Depths,
+    pub(super) hide_emitters: bool,
+    pub(super) shows_classes: bool,
+}
+
+/// How radii shrink.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Schedule {
+    /// Each pixel's by the photons that it finds.
+    PerPixel,
+    /// All by the number of the pass.
+    PerPass,
+}
+
+/// The radius of the first pass, in pixels.
+const INITIAL_PIXELS: f64 = 2.0;
+
+pub(super) const PARAMS: &[Param] = &[
+    Param::optional("max_passes", Kind::Integer, "the sampler's sample_count", "passes, unless --spp says how many")
+        .within(Range { min: 1.0, max: 4_294_967_295.0, open: false }),
+    Param::new("photon_count", Kind::Integer, "250000", "photons emitted in each pass").within(Range {
+        min: 1.0,
+        max: 1e8,
+        open: false,
+    }),
+    Param::new("initial_radius", Kind::Float, "0", "the radius of the first pass in m; 0 takes what two pixels see")
+        .within(Range { min: 0.0, max: f64::MAX, open: false }),
+    Param::new("alpha", Kind::Float, "0.7", "how many of the photons that a pass adds stay within the radius")
+        .within(Range { min: 0.0, max: 1.0, open: true }),
+    Param::new(
+        "radius_schedule",
+        Kind::Choice(&["per_pixel", "per_pass"]),
+        "per_pixel",
+        "whether each pixel's radius shrinks by what it finds, or all by the number of the pass",
+    ),
+    KERNEL,
+    Param::new(
+        "direct",
+        Kind::Choice(&["traced", "map"]),
+        "traced",
+        "whether light straight from lights is found by connections or in photons",
+    ),
+    MAX_DEPTH,
+    PHOTON_RR_DEPTH,
+    HIDE_EMITTERS,
+    PATH_CLASSES,
+];
+
+impl Settings {
+    pub(super) fn read(params: &Params<'_>) -> Result<Self, SceneError> {
+        let initial_radius = params.float("initial_radius")?;
+        let max_passes = match params.find("max_passes") {
+            Some(_) => Some(params.integer("max_passes")?.unsigned_abs() as u32),
+            None => None,
+        };
+        Ok(Self {
+            max_passes,
+            photon_count: params.integer("photon_count")?.unsigned_abs(),
+            initial_radius: (initial_radius > 0.0).then_some(initial_radius),
+            alpha: params.float("alpha")?,
+            schedule: if params.string("radius_schedule")? == "per_pass" {
+                Schedule::PerPass
+            } else {
+                Schedule::PerPixel
+            },
+            kernel: read_kernel(params)?,
+            connects: params.string("direct")? == "traced",
+            depths: read_photon_depths(params)?,
+            hide_emitters: params.boolean(HIDE_EMITTERS.name)?,
+            shows_classes: params.boolean(PATH_CLASSES.name)?,
+        })
+    }
+
+    /// The radius of the first pass, in m, where a pixel sees so much of a surface.
+    pub(super) fn first_radius(&self, footprint: f64) -> f64 {
+        self.initial_radius.unwrap_or(INITIAL_PIXELS * footprint)
+    }
+
+    /// A radius of the first pass that is typical of a scene.
+    pub(super) fn typical_radius(&self, scene: &Scene) -> f64 {
+        let ball = scene.surroundings();
+        let size = if ball.radius > 0.0 { ball.radius } else { 1.0 };
+        let seen = self.first_radius(scene.sensor.camera.footprint(ball.centre).abs());
+        if self.initial_radius.is_some() { seen } else { seen.clamp(1e-4 * size, 0.2 * size) }
+    }
+}

@@ -1,0 +1,252 @@
+use rayon::prelude::*;
+use smallvec::SmallVec;
+
+use super::{
+    Harvest, Kernel, Photon, Site,
+    map::{Lookup, Share},
+};
+
+/// Photons in the cells of a grid, hashed: made at once, and made for lookups of a radius near half the edge of a cell.
+/// What it shows does not depend on the number of threads.
+#[derive(Debug)]
+pub struct Grid {
+    cells: Cells,
+    /// By the first bits of the bucket's number.
+    parts: Vec<Part>,
+}
+
+/// How places are numbered.
+#[derive(Clone, Copy, Debug)]
+struct Cells {
+    per_length: f64,
+    /// There are 2^bits buckets.
+    bits: u32,
+}
+
+/// The photons of some buckets, in the order of the buckets and in each in that of their emission.
+#[derive(Debug)]
+struct Part {
+    /// Where each bucket ends.
+    ends: Vec<u32>,
+    photons: Vec<Placed>,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Placed {
+    position: [f32; 3],
+    photon: Photon,
+}
+
+impl Cells {
+    /// The cell of a place along each axis.
+    #[inline]
+    fn of(&self, position: [f64; 3]) -> [i64; 3] {
+        position.map(|x| {
+            // Rounds down without a call of the library.
+            let towards_zero = (x * self.per_length) as i64;
+            towards_zero - i64::from(towards_zero as f64 > x * self.per_length)
+        })
+    }
+
+    #[inline]
+    fn bucket(&self, [x, y, z]: [i64; 3]) -> u32 {
+        // Multiplicative hashing by odd numbers without pattern; the highest bits depend on all others.
+        const FACTORS: [u64; 3] = [0x9e37_79b9_7f4a_7c15, 0xd1b5_4a32_d192_ed03, 0x8cb9_2ba7_2f3d_8dd7];
+        let [x, y, z] = [x, y, z].map(|x| x as u64);
+        let mixed =
+            x.wrapping_mul(FACTORS[0]) ^ y.wrapping_mul(FACTORS[1]).rotate_left(21) ^ z.wrapping_mul(FACTORS[2]);
+        ((mixed ^ mixed >> 32).wrapping_mul(FACTORS[0]) >> (64 - self.bits)) as u32
+    }
+}
+
+/// More buckets than this are not made.
+const MOST_BITS: u32 = 26;
+
+impl Grid {
+    /// Sorts photons, in pieces, into cells of an edge in m.
+    ///
+    /// # Panics
+    /// If there are 2³² photons or more.
+    #[must_use]
+    pub fn new(harvest: &[Harvest], edge: f64) -> Self {
+        let count: usize = harvest.iter().map(|piece| piece.photons.len()).sum();
+        let count = u32::try_from(count).expect("photons are numbered in 32 bits");
+        let bits = count.next_power_of_two().trailing_zeros().clamp(1, MOST_BITS);
+        let cells = Cells { per_length: edge.recip(), bits };
+        let bucket = |position: &[f32; 3]| cells.bucket(cells.of(position.map(f64::from)));
+        let of_piece = |piece: &Harvest| piece.positions.iter().map(bucket).collect();
+        let buckets: Vec<Vec<u32>> = harvest.par_iter().map(of_piece).collect();
+        // Each thread picks the photons of its own buckets.
+        let parts = rayon::current_num_threads().next_power_of_two().min(1 << bits);
+        let size = (1 << bits) / parts;
+        let part = |part: usize| Part::new(harvest, &buckets, part * size, size);
+        Self { cells, parts: (0..parts).into_par_iter().map(part).collect() }
+    }
+
+    /// How many photons there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.parts.iter().map(|part| part.photons.len()).sum()
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Shows the photons within a radius in m around a place, on its side of its surface, each with what it counts there: the
+    /// same as [`Map::gather`](super::Map::gather) does.
+    #[inline]
+    pub fn gather(&self, site: &Site, radius: f64, kernel: Kernel, mut show: impl FnMut(&Photon, f64)) {
+        let reach = ((radius * radius) as f32).clamp(f32::MIN_POSITIVE, f32::MAX);
+        let lookup = Lookup { nearest: None, radius, kernel };
+        let mut share = Share::new(site, &lookup, reach);
+        let p = site.p.as_vec3().to_array();
+        let mut visit = |photons: &[Placed]| {
+            for placed in photons {
+                let [x, y, z] = [0, 1, 2].map(|axis| placed.position[axis] - p[axis]);
+                let distance_squared = x * x + y * y + z * z;
+                if distance_squared < reach {
+                    share.show(&placed.photon, distance_squared, &mut show);
+                }
+            }
+        };
+        match self.buckets(site, radius) {
+            Some(buckets) => buckets.into_iter().for_each(|bucket| visit(self.bucket(bucket))),
+            None => self.parts.iter().for_each(|part| visit(&part.photons)),
+        }
+    }
+
+    /// The buckets of all cells that a ball meets, each once; None if there are more cells than buckets.
+    #[inline]
+    fn buckets(&self, site: &Site, radius: f64) -> Option<SmallVec<[u32; 8]>> {
+        let low = self.cells.of((site.p - radius).to_array());
+        let high = self.cells.of((site.p + radius).to_array());
+        let counts = [0, 1, 2].map(|axis| (high[axis] as f64 - low[axis] as f64) + 1.0);
+        if counts.iter().product::<f64>() > f64::from(1_u32 << self.cells.bits) {
+            return None;
+        }
+        let mut buckets = SmallVec::<[u32; 8]>::new();
+        for x in low[0]..=high[0] {
+            for y in low[1]..=high[1] {
+                for z in low[2]..=high[2] {
+                    buckets.push(self.cells.bucket([x, y, z]));
+                }
+            }
+        }
+        // Two cells may share a bucket.
+        buckets.sort_unstable();
+        buckets.dedup();
+        Some(buckets)
+    }
+
+    #[inline]
+    fn bucket(&self, bucket: u32) -> &[Placed] {
+        let shift = self.cells.bits - self.parts.len().trailing_zeros();
+        let part = &self.parts[(bucket >> shift) as usize];
+        let index = (bucket & ((1 << shift) - 1)) as usize;
+        let start = if index == 0 { 0 } else { part.ends[index - 1] };
+        &part.photons[start as usize..part.ends[index] as usize]
+    }
+}
+
+impl Part {
+    /// Counting sort of the photons of so many buckets.
+    fn new(harvest: &[Harvest], buckets: &[Vec<u32>], first: usize, size: usize) -> Self {
+        let own = |bucket: u32| (bucket as usize).checked_sub(first).filter(|index| *index < size);
+        let mut ends = vec![0_u32; size];
+        for &bucket in buckets.iter().flatten() {
+            if let Some(index) = own(bucket) {
+                ends[index] += 1;
+            }
+        }
+        let mut total = 0;
+        for end in &mut ends {
+            (*end, total) = (total, total + *end);
+        }
+        // Each starts where it will end once all of its photons are placed.
+        let mut photons = vec![Placed::default(); total as usize];
+        for (piece, buckets) in harvest.iter().zip(buckets) {
+            for ((&position, &photon), &bucket) in piece.positions.iter().zip(&piece.photons).zip(buckets) {
+                if let Some(index) = own(bucket) {
+                    photons[ends[index] as usize] = Placed { position, photon };
+                    ends[index] += 1;
+                }
+            }
+        }
+        Self { ends, photons }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::{
+        math::{Rgb, rng::Stream},
+        photon::Map,
+        transport::PathClass,
+    };
+
+    fn harvest(count: usize, size: f64) -> Harvest {
+        let mut stream = Stream::at(&[91]);
+        let mut harvest = Harvest::default();
+        for i in 0..count {
+            let p = DVec3::new(stream.next_1d(), stream.next_1d(), 0.1 * stream.next_1d()) * size - 0.4 * size;
+            harvest.positions.push(p.as_vec3().to_array());
+            let power = Rgb::splat(i as f64 + 1.0);
+            harvest.photons.push(Photon::new(power, DVec3::Z, DVec3::Z, 3, 1, PathClass::Direct));
+        }
+        harvest
+    }
+
+    fn found(mut gather: impl FnMut(&mut dyn FnMut(&Photon, f64))) -> Vec<(u64, f64)> {
+        let mut found = Vec::new();
+        gather(&mut |photon, count| found.push((photon.power().x as u64, count)));
+        found.sort_by_key(|(number, _)| *number);
+        found
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+        #[test]
+        fn it_finds_what_the_tree_finds(
+            count in 0..400usize,
+            edge in prop_oneof![1e-3..0.1f64, 0.1..20.0f64],
+            radius in prop_oneof![1e-3..1.0f64, 1.0..60.0f64],
+            at in prop::array::uniform3(-5.0..5.0f64),
+            threads in 1..5usize,
+        ) {
+            let harvest = harvest(count, 10.0);
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let grid = pool.install(|| Grid::new(std::slice::from_ref(&harvest), edge));
+            let map = Map::new(&harvest.positions, harvest.photons.clone());
+            prop_assert_eq!(grid.len(), count);
+            let site = Site::flat(DVec3::from_array(at) * DVec3::new(1.0, 1.0, 0.1), DVec3::Z, 3);
+            let lookup = Lookup { nearest: None, radius, kernel: Kernel::Cone };
+            let of_map = found(|show| map.gather(&site, &lookup, |photon, count| show(photon, count)));
+            let of_grid = found(|show| grid.gather(&site, radius, Kernel::Cone, |photon, count| show(photon, count)));
+            prop_assert_eq!(of_map, of_grid);
+        }
+    }
+
+    #[test]
+    fn the_order_does_not_depend_on_threads() {
+        let harvest = harvest(5000, 1.0);
+        let site = Site::flat(DVec3::ZERO, DVec3::Z, 3);
+        let order = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let grid = pool.install(|| Grid::new(std::slice::from_ref(&harvest), 0.2));
+            let mut order = Vec::new();
+            grid.gather(&site, 0.1, Kernel::Constant, |photon, _| order.push(photon.power().x));
+            order
+        };
+        let alone = order(1);
+        assert!(alone.len() > 100);
+        assert_eq!(alone, order(2));
+        assert_eq!(alone, order(7));
+    }
+}
