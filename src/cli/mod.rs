@@ -8,6 +8,7 @@ mod photons;
 mod plugins;
 mod render;
 mod source;
+mod study;
 mod usage;
 mod verify;
 
@@ -28,7 +29,8 @@ pub(crate) const FAILED: u8 = 1;
 
 const AFTER_HELP: &str = "Exit codes:
   0  good
-  1  a verdict failed: an image differs, a row of verify does not hold, or there are too few samples to tell
+  1  a verdict failed: an image differs, a row of verify or a prediction of a study does not hold, or there are too few
+     samples to tell
   2  bad input: one line on stderr says where and what; nothing is written
   130  interrupted; what there was, is written";
 
@@ -53,6 +55,8 @@ enum Command {
     #[command(after_help = AFTER_HELP)]
     Verify(verify::Verify),
     #[command(after_help = AFTER_HELP)]
+    Study(study::Study),
+    #[command(after_help = AFTER_HELP)]
     Plugins(plugins::Plugins),
 }
 
@@ -64,6 +68,7 @@ impl Cli {
             Command::Photons(command) => command.run(),
             Command::Compare(command) => command.run(),
             Command::Verify(command) => command.run(),
+            Command::Study(command) => command.run(),
             Command::Plugins(command) => command.run(),
         }
     }
