@@ -151,13 +151,14 @@ def write_image(path: PathLike, image: Image) -> None:
     partial = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with OpenEXR.File(header, planes) as file:
-            file.write(str(partial))
-        partial.replace(path)
+        try:
+            with OpenEXR.File(header, planes) as file:
+                file.write(str(partial))
+            partial.replace(path)
+        finally:
+            partial.unlink(missing_ok=True)
     except (OSError, RuntimeError) as error:
         raise UserError(f"{path}: cannot write: {' '.join(str(error).split())}") from error
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 def _need_file(path: PathLike) -> None:

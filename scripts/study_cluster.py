@@ -97,9 +97,17 @@ def connect(arguments: argparse.Namespace) -> tuple[distributed.Client, Any]:
 
 
 def local_cluster(arguments: argparse.Namespace) -> distributed.LocalCluster:
-    # What takes memory is a process beside the worker, which Dask does not see.
-    options = {"threads_per_worker": 1, "memory_limit": 0, "dashboard_address": None, "silence_logs": logging.CRITICAL}
-    return distributed.LocalCluster(n_workers=workers(arguments), **options)
+    options = {
+        "n_workers": workers(arguments),
+        "threads_per_worker": 1,
+        # What takes memory is a process beside the worker, which Dask does not see.
+        "memory_limit": 0,
+        # A terminal interrupts all of its processes; workers are told by this one.
+        "preload": ["import signal\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\n"],
+        "dashboard_address": None,
+        "silence_logs": logging.CRITICAL,
+    }
+    return distributed.LocalCluster(**options)
 
 
 def workers(arguments: argparse.Namespace) -> int:
