@@ -31,7 +31,6 @@ from user_error import UserError
 
 # Seeds of Mitsuba are 32-bit.
 MAX_SEED = 2**32 - 1
-WARM_UP_SAMPLES = 2
 # Integrators that take the parameters in common.
 ALIKE = ("path", "volpath", "volpathmis", "ptracer", "photonmapper", "sppm")
 
@@ -106,6 +105,11 @@ def change_scene(mi: Any, state: Any, run: Run) -> None:
         props[param] = typed(value)
 
 
+def warm_up_samples(spp: int) -> int:
+    """The least samples whose kernels are those of `spp`: they are others below four, and others for powers of two."""
+    return min(spp, 4 if spp.bit_count() == 1 else 5)
+
+
 def render(renderer: ref.Renderer, loaded: Any, spp: int, seed: int, since: float) -> Measured:
     """Render warm: kernels are compiled before, and if one was not, the render is made again. `since` is when all began."""
     import drjit
@@ -121,7 +125,7 @@ def render(renderer: ref.Renderer, loaded: Any, spp: int, seed: int, since: floa
 
     drjit.set_flag(drjit.JitFlag.KernelHistory, True)
     if not renderer.variant.startswith("scalar"):
-        once(min(spp, WARM_UP_SAMPLES))
+        once(warm_up_samples(spp))
     warm_up = time.perf_counter() - since
     pixels, warm, seconds, core_seconds = once(spp)
     if not warm:
