@@ -119,7 +119,9 @@ def test_parameters_have_the_type_of_their_text(text: str) -> None:
     assert type(mitsuba_run.typed(text)).__name__ == {"true": "bool", "3": "int", "0.5": "float", "cone": "str"}[text]
 
 
-@pytest.mark.parametrize(("integrator", "spp", "renders"), [("path", 37, [5, 37]), ("path", 32, [4, 32]), ("ptracer", 37, [5, 37, 37])])
+@pytest.mark.parametrize(
+    ("integrator", "spp", "renders"), [("path", 37, [5, 37]), ("path", 32, [4, 32]), ("ptracer", 37, [5, 37, 37])]
+)
 def test_the_time_is_that_of_a_warm_render(
     tiny: Path, renderer: ref.Renderer, monkeypatch: pytest.MonkeyPatch, integrator: str, spp: int, renders: list[int]
 ) -> None:
