@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::{Image, PER_PASS, PER_PIXEL, Setup, sppm};
 use crate::{
-    integrator::laws::{ALBEDO, GLASS, RADIANCE, room},
+    integrator::laws::{ALBEDO, GLASS, RADIANCE, room, rooms::series},
     law::{Effort, Finding, Law},
     math::{Ray, Rgb, rng::Stream, warp},
     stats::Moments,
@@ -16,8 +16,8 @@ use crate::{
 /// This law.
 pub const LAWS: &[Law] = &[Law {
     name: "progressive/flux",
-    claim: "In a closed box that shines with E and reflects ρ each single pass, whatever its radius, shows E / (1 - ρ): on the walls, \
-            in a mirror, in rough metal and through glass, by every kernel, with a radius for each pixel and for each pass, with light \
+    claim: "In a closed box that shines with E and reflects ρ each single pass, whatever its radius, shows E / (1 - ρ), and up to a greatest depth \
+            E (1 + ρ + ...): on the walls, in a mirror, in rough metal and through glass, by every kernel, with a radius for each pixel and for each pass, with light \
             straight from lights found by connections and in photons.",
     source: "geometric series; an estimate by a normed kernel is without bias where light is even, whatever its radius",
     check: furnace,
@@ -28,13 +28,17 @@ const RADIUS: f64 = 0.4;
 const PHOTONS: u32 = 1500;
 /// Passes that are looked at.
 const PASSES: [u32; 4] = [0, 1, 5, 50];
-const CASES: [(&str, &str, &str); 6] = [
-    (PER_PIXEL, "map", "constant"),
-    (PER_PIXEL, "traced", "epanechnikov"),
-    (PER_PIXEL, "map", "cone"),
-    (PER_PASS, "map", "epanechnikov"),
-    (PER_PASS, "traced", "constant"),
-    (PER_PASS, "traced", "cone"),
+/// The schedule, how light straight from lights is found, the kernel, and the greatest depth.
+type Case = (&'static str, &'static str, &'static str, i32);
+const CASES: [Case; 8] = [
+    (PER_PIXEL, "map", "constant", -1),
+    (PER_PIXEL, "traced", "epanechnikov", -1),
+    (PER_PIXEL, "map", "cone", 4),
+    (PER_PASS, "map", "epanechnikov", -1),
+    (PER_PASS, "traced", "constant", -1),
+    (PER_PASS, "traced", "cone", -1),
+    (PER_PASS, "map", "constant", 3),
+    (PER_PASS, "traced", "epanechnikov", 4),
 ];
 
 /// What is seen: where it is, how far around, what it is made of, and what it reflects.
@@ -77,10 +81,10 @@ const THINGS: [Thing; 3] = [
 /// Pixels for the wall and for each thing.
 const PIXELS: usize = 24;
 
-fn setup((schedule, direct, kernel): (&str, &str, &str)) -> Setup {
+fn setup((schedule, direct, kernel, max_depth): Case) -> Setup {
     let integrator = sppm(&format!(
         "integer photon_count={PHOTONS}, float initial_radius={RADIUS}, float alpha=0.6, string direct={direct}, string \
-         kernel={kernel}, string radius_schedule={schedule}"
+         kernel={kernel}, string radius_schedule={schedule}, integer max_depth={max_depth}"
     ));
     let things = THINGS.map(|thing| {
         let (shape, DVec3 { x, y, z }) = (if thing.least_cos.is_some() { "disk" } else { "sphere" }, thing.centre);
@@ -117,18 +121,20 @@ type Ratios = [[f64; THINGS.len() + 1]; PASSES.len()];
 
 fn furnace(effort: Effort) -> Vec<Finding> {
     let mut findings = Vec::new();
-    for (case, names) in CASES.into_iter().enumerate() {
-        let setup = setup(names);
+    for (which, case) in CASES.into_iter().enumerate() {
+        let setup = setup(case);
         let found: Vec<Ratios> = (0..effort.samples(24))
             .into_par_iter()
-            .map(|number| ratios(&mut Image::new(&setup, 74 + case as u64, u64::from(number)), names.0))
+            .map(|number| ratios(&mut Image::new(&setup, 74 + which as u64, u64::from(number)), case))
             .collect();
-        let (schedule, direct, kernel) = names;
-        let seen = [("wall", 0), (THINGS[0].name, 1), (THINGS[1].name, 2), (THINGS[2].name, 3)];
+        let (schedule, direct, kernel, max_depth) = case;
+        let depth = if max_depth < 0 { String::new() } else { format!(", depth {max_depth}") };
+        // How deep paths within glass are is a matter of chance.
+        let seen = THINGS.iter().filter(|thing| max_depth < 0 || thing.least_cos.is_some()).map(|thing| thing.name);
         for (at, pass) in PASSES.into_iter().enumerate() {
-            for (name, which) in seen {
+            for (which, name) in ["on the walls"].into_iter().chain(seen.clone()).enumerate() {
                 let moments: Moments = found.iter().map(|ratios| ratios[at][which]).collect();
-                let subject = format!("{schedule}, {direct}, {kernel}, pass {pass}, {name}");
+                let subject = format!("{schedule}, {direct}, {kernel}{depth}, pass {pass}, {name}");
                 findings.push(Finding::mean(subject, &moments, 1.0));
             }
         }
@@ -136,9 +142,10 @@ fn furnace(effort: Effort) -> Vec<Finding> {
     findings
 }
 
-fn ratios(image: &mut Image<'_>, schedule: &str) -> Ratios {
+fn ratios(image: &mut Image<'_>, (schedule, _, _, max_depth): Case) -> Ratios {
     let mut ratios = Ratios::default();
-    let truth = RADIANCE / (Rgb::ONE - ALBEDO);
+    // A thing takes a segment.
+    let truth = [0, 1].map(|segments| series(RADIANCE, ALBEDO, (max_depth >= 0).then_some(max_depth - segments)));
     // Without a memory a pass needs none before it.
     let all = (0..=PASSES[PASSES.len() - 1]).filter(|pass| schedule == PER_PIXEL || PASSES.contains(pass));
     for pass in all {
@@ -147,9 +154,9 @@ fn ratios(image: &mut Image<'_>, schedule: &str) -> Ratios {
         for pixel in 0..PIXELS * (THINGS.len() + 1) {
             let radiance = image.radiance(pixel, &ray(pixel), pass);
             let which = pixel / PIXELS;
-            let reflectance = if which == 0 { Rgb::ONE } else { THINGS[which - 1].reflectance };
+            let expected = if which == 0 { truth[0] } else { truth[1] * THINGS[which - 1].reflectance };
             if let Some(at) = at {
-                ratios[at][which] += (radiance / (truth * reflectance)).element_sum() / (3 * PIXELS) as f64;
+                ratios[at][which] += (radiance / expected).element_sum() / (3 * PIXELS) as f64;
             }
         }
     }
