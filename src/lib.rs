@@ -9,7 +9,7 @@
 //!    [`scene`] that they make;
 //! 4. how light travels through it: [`transport`], [`photon`], [`integrator`], [`render`];
 //! 5. all of it looked at from outside: the [`catalogue`] of everything that scene files can name, the [`comparison`] of
-//!    images, the [`evidence`] that claims hold, and its [`report`].
+//!    images, the [`evidence`] that claims hold, its [`report`], and the [`study`] of how errors fall.
 //!
 //! The command line, `cli`, is the binary's.
 //!
@@ -59,3 +59,4 @@ pub mod catalogue;
 pub mod comparison;
 pub mod evidence;
 pub mod report;
+pub mod study;

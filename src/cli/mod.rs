@@ -1,10 +1,15 @@
 //! The command line.
 
 mod compare;
+mod keeping;
+mod merge;
+mod outputs;
 mod photons;
 mod plugins;
 mod render;
 mod source;
+mod study;
+mod usage;
 mod verify;
 
 use std::{
@@ -24,8 +29,10 @@ pub(crate) const FAILED: u8 = 1;
 
 const AFTER_HELP: &str = "Exit codes:
   0  good
-  1  a verdict failed: an image differs, a row of verify does not hold, or there are too few samples to tell
-  2  bad input: one line on stderr says where and what; nothing is written";
+  1  a verdict failed: an image differs, a row of verify or a prediction of a study does not hold, or there are too few
+     samples to tell
+  2  bad input: one line on stderr says where and what; nothing is written
+  130  interrupted; what there was, is written";
 
 /// A deterministic, seeded light-transport laboratory: renders Mitsuba 3 scenes and proves what it renders.
 #[derive(Debug, Parser)]
@@ -40,11 +47,15 @@ enum Command {
     #[command(after_help = AFTER_HELP)]
     Render(render::Render),
     #[command(after_help = AFTER_HELP)]
+    Merge(merge::Merge),
+    #[command(after_help = AFTER_HELP)]
     Photons(photons::Photons),
     #[command(after_help = AFTER_HELP)]
     Compare(compare::Compare),
     #[command(after_help = AFTER_HELP)]
     Verify(verify::Verify),
+    #[command(after_help = AFTER_HELP)]
+    Study(study::Study),
     #[command(after_help = AFTER_HELP)]
     Plugins(plugins::Plugins),
 }
@@ -53,9 +64,11 @@ impl Cli {
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
         match self.command {
             Command::Render(command) => command.run(),
+            Command::Merge(command) => command.run(),
             Command::Photons(command) => command.run(),
             Command::Compare(command) => command.run(),
             Command::Verify(command) => command.run(),
+            Command::Study(command) => command.run(),
             Command::Plugins(command) => command.run(),
         }
     }

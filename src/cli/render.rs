@@ -2,21 +2,33 @@ use std::{io::IsTerminal as _, path::PathBuf, process::ExitCode, time::Instant};
 
 use clap::Args;
 use etendue::{
-    film::{Image, LayerSpec, exr, picture, splats},
-    integrator::Model as _,
+    film::{Film, splats},
+    integrator::{Model as _, Preparation},
     node::Document,
-    provenance,
-    render::{Pass, Renderer},
+    render::{
+        Pass, Renderer, Rendering,
+        checkpoint::{Checkpoint, Cost, Record, in_words},
+        drive::{self, End, Plan},
+    },
     sampler::Model as _,
 };
 use indicatif::{ProgressBar, ProgressStyle};
+use rangemap::RangeSet;
 
-use super::{check_writable, say, source::Source};
+use super::{
+    keeping::{INTERRUPTED, Keeping, interruptions},
+    outputs::{Outputs, Picture},
+    say,
+    source::Source,
+    usage,
+};
 
 /// Renders a scene into an OpenEXR file.
 ///
 /// The file has R, G and B as 32-bit floats, the layers that the integrator makes, the variance of the mean as
 /// variance.R, .G and .B, and says in its header how it was made.
+///
+/// Ctrl-C ends a render early: what there is, is written, with exit code 130. A second Ctrl-C ends it at once.
 #[derive(Debug, Args)]
 pub(crate) struct Render {
     #[command(flatten)]
@@ -24,28 +36,20 @@ pub(crate) struct Render {
     /// Replace the scene's integrator, keeping what parameters both have, such as max_depth and rr_depth.
     #[arg(long, value_name = "NAME")]
     integrator: Option<String>,
-    /// Samples per pixel [default: the scene's sample_count].
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
+    /// Samples per pixel, which are passes of integrators that work in passes [default: the scene's sample_count].
+    #[arg(long, visible_alias = "passes", value_name = "N", allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
     /// The image to write.
-    #[arg(short, long, value_name = "OUT.exr", required_unless_present = "replay")]
+    #[arg(short, long, value_name = "OUT.exr", required_unless_present_any = ["replay", "checkpoint", "resume"])]
     output: Option<PathBuf>,
-    /// Also write a tone-mapped picture beside the image.
-    #[arg(long)]
-    png: bool,
-    /// Show this layer in the picture instead of the image, such as caustic or raw of a photon mapper.
-    #[arg(long, value_name = "NAME", requires = "png")]
-    layer: Option<String>,
-    /// The exposure of the picture in stops [default: automatic].
-    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, requires = "png", value_parser = stops)]
-    exposure: Option<f64>,
+    #[command(flatten)]
+    picture: Picture,
     /// Print one sample of one pixel instead of rendering: its column and row in the image, and its number, from 0.
     #[arg(long, value_name = "X,Y,SAMPLE", allow_hyphen_values = true, value_parser = address)]
     replay: Option<[u32; 3]>,
-}
-
-fn stops(text: &str) -> Result<f64, String> {
-    text.parse().ok().filter(|stops: &f64| stops.is_finite()).ok_or_else(|| "write a number like -1.5".into())
+    #[command(flatten)]
+    keeping: Keeping,
 }
 
 fn address(text: &str) -> Result<[u32; 3], String> {
@@ -57,98 +61,157 @@ impl Render {
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
         let document = self.source.read()?;
         let renderer = self.source.renderer(&document, self.integrator.clone())?;
-        let asked = renderer.integrator.samples();
-        let samples = self.spp.or(asked).unwrap_or(renderer.scene.sensor.sampler.sample_count());
-        let pass = Pass { seed: self.source.seed(&renderer.scene), number: 0, samples };
         if let Some(at) = self.replay {
-            return replay(&renderer, pass, at);
+            let samples = self.spp.unwrap_or(renderer.samples());
+            return replay(&renderer, self.pass(&renderer, samples), at);
         }
-        let outputs = self.outputs(&renderer)?;
-        let mut attributes = self.attributes(&document, &renderer, pass)?;
-        let pool = self.source.threads()?;
-        let start = Instant::now();
-        let mut image = pool.install(|| gather(&renderer, pass));
-        attributes.push(("etendue.seconds".into(), format!("{:.3}", start.elapsed().as_secs_f64())));
-        image.attributes = attributes;
-        self.write(&outputs, &image)?;
-        Ok(ExitCode::SUCCESS)
+        self.keeping.check(&renderer)?;
+        let work = self.work(&document, &renderer)?;
+        let outputs = self.output.as_deref().map(|exr| self.picture.beside(exr, &work.film)).transpose()?;
+        self.keeping.check_file()?;
+        if let (Some(outputs), Some(file)) = (&outputs, self.keeping.file()) {
+            outputs.are_not(file)?;
+        }
+        self.finish(&renderer, work, outputs.as_ref())
     }
 
-    /// The files to write, which can be written as far as can be told before the work.
-    fn outputs(&self, renderer: &Renderer) -> anyhow::Result<Outputs> {
-        let exr = self.output.clone().expect("clap asks for it");
-        let is_exr = exr.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
-        anyhow::ensure!(is_exr, "{}: images are OpenEXR files; give it a name that ends in .exr", exr.display());
-        let png = self.png.then(|| exr.with_extension("png"));
-        if let Some(layer) = &self.layer {
-            let known = renderer.film().layers;
-            let is_colour = |spec: &&LayerSpec| spec.channels == ["R", "G", "B"] && !spec.name.is_empty();
-            let names: Vec<_> = known.iter().filter(is_colour).map(|spec| spec.name.as_str()).collect();
-            anyhow::ensure!(
-                names.contains(&layer.as_str()),
-                "--layer {layer}: the image has no such layer of colours; it has: {}",
-                if names.is_empty() { "none".into() } else { names.join(", ") }
-            );
-        }
-        for file in [Some(&exr), png.as_ref()].into_iter().flatten() {
-            check_writable(file)?;
-        }
-        Ok(Outputs { exr, png })
+    fn pass(&self, renderer: &Renderer, samples: u32) -> Pass {
+        Pass { seed: self.source.seed(&renderer.scene), number: 0, samples }
     }
 
-    fn attributes(
+    /// What is there and what there is to do.
+    fn work(&self, document: &Document, renderer: &Renderer) -> anyhow::Result<Work> {
+        let sampler = &renderer.scene.sensor.sampler;
+        let resumed = self.keeping.resumed()?;
+        let goal = self.keeping.goal(self.spp, resumed.as_ref(), sampler.is_open_ended(), renderer.samples())?;
+        let pass = self.pass(renderer, goal.unwrap_or(u32::MAX));
+        let identity = self.source.identity(document, self.integrator.clone(), renderer, pass)?;
+        let range = self.keeping.range(goal)?;
+        let attributes = self.source.attributes(&identity, renderer);
+        let empty = Record { identity, attributes, goal, taken: RangeSet::new(), cost: Cost::default() };
+        let checkpoint = match resumed {
+            Some(resumed) => self.continued(resumed, empty, &range, renderer)?,
+            None => Checkpoint { record: empty, film: renderer.film(), memory: Vec::new() },
+        };
+        let ranges = checkpoint.record.taken.gaps(&range).collect();
+        let Checkpoint { record, film, memory } = checkpoint;
+        Ok(Work { pass, record, film, memory, ranges })
+    }
+
+    /// The checkpoint with what is told of this run, if it is of the same render and of no samples but those of the range.
+    fn continued(
         &self,
-        document: &Document,
+        resumed: Checkpoint,
+        empty: Record,
+        range: &std::ops::Range<u32>,
         renderer: &Renderer,
-        pass: Pass,
-    ) -> anyhow::Result<Vec<(String, String)>> {
-        let attributes = [
-            ("etendue.version", provenance::version()),
-            ("etendue.scene", self.source.scene().display().to_string()),
-            ("etendue.scene_sha256", provenance::scene_hash(document)?),
-            ("etendue.integrator", renderer.integrator.plugin().name.into()),
-            ("etendue.parameters", self.source.parameters()),
-            ("etendue.spp", pass.samples.to_string()),
-            ("etendue.seed", pass.seed.to_string()),
-        ];
-        let not_physical = renderer.integrator.not_physical().map(|what| ("etendue.not_physical", what.to_owned()));
-        Ok(attributes.into_iter().chain(not_physical).map(|(name, value)| (name.to_owned(), value)).collect())
-    }
-
-    fn write(&self, outputs: &Outputs, image: &Image) -> anyhow::Result<()> {
-        exr::write(&outputs.exr, image)?;
-        if let Some(png) = &outputs.png {
-            let prefix = self.layer.as_ref().map_or(String::new(), |layer| format!("{layer}."));
-            let names = ["R", "G", "B"].map(|channel| format!("{prefix}{channel}"));
-            let pixels = image.rgb(names.each_ref().map(String::as_str)).expect("outputs were checked");
-            let exposure = self.exposure.unwrap_or_else(|| picture::automatic_exposure(&pixels));
-            let picture = picture::tone_mapped(image.crop.width, &pixels, exposure);
-            picture::write_png(png, &picture)?;
+    ) -> anyhow::Result<Checkpoint> {
+        let file = self.keeping.resume.as_deref().expect("it was read").display();
+        if let Some(difference) = empty.identity.difference(&resumed.record.identity) {
+            anyhow::bail!("{file}: is of {difference}");
         }
-        Ok(())
+        let Record { taken, cost, .. } = resumed.record;
+        let is_within = taken.iter().all(|part| range.start <= part.start && part.end <= range.end);
+        let there: Vec<_> = taken.iter().cloned().collect();
+        anyhow::ensure!(
+            is_within,
+            "{file}: has {}, of which not all are among those that are asked for, {}",
+            in_words(&there),
+            in_words(&[range.clone()])
+        );
+        let is_chained = renderer.integrator.preparation() == Preparation::Chain;
+        let is_prefix = there.len() <= 1 && there.iter().all(|part| part.start == 0);
+        let follows = !is_chained || is_prefix && there.is_empty() == resumed.memory.is_empty();
+        anyhow::ensure!(follows, "{file}: has not what the next sample follows from");
+        Ok(Checkpoint { record: Record { taken, cost, ..empty }, ..resumed })
+    }
+
+    /// Renders, and writes what there is to write.
+    fn finish(&self, renderer: &Renderer, mut work: Work, outputs: Option<&Outputs<'_>>) -> anyhow::Result<ExitCode> {
+        let pool = self.source.threads()?;
+        let interrupted = interruptions()?;
+        let plan = Plan {
+            ranges: std::mem::take(&mut work.ranges),
+            start: Instant::now(),
+            time: self.keeping.time,
+            target_error: self.keeping.target_error,
+            interrupted: &interrupted,
+            every: self.keeping.every,
+        };
+        let (end, record, film, memory) = pool.install(|| self.gather(renderer, work, &plan));
+        tell(end, &record);
+        let kept = self.keeping.file().map(|file| record.write(file, &film, &memory)).transpose();
+        if let Some(outputs) = outputs {
+            let mut image = film.image();
+            image.attributes = record.header();
+            outputs.write(&image)?;
+        }
+        kept?;
+        Ok(if end == End::Interrupted { ExitCode::from(INTERRUPTED) } else { ExitCode::SUCCESS })
+    }
+
+    /// Renders with a progress bar, which is silent when nobody watches.
+    fn gather(&self, renderer: &Renderer, work: Work, plan: &Plan<'_>) -> (End, Record, Film, Vec<f64>) {
+        let Work { pass, mut record, film, memory, .. } = work;
+        let Some(first) = plan.ranges.first() else { return (End::Complete, record, film, memory) };
+        let bar = progress_bar(renderer, plan, record.goal);
+        let cost = record.cost;
+        let mut taken = std::mem::take(&mut record.taken);
+        let mut rendering = renderer.resume(pass, first.start, film, memory);
+        let now = |taken: &RangeSet<u32>| {
+            let (taken, cost) = (taken.clone(), cost.and(usage::since(plan.start)));
+            Record { taken, cost, ..record.clone() }
+        };
+        let mut keep = |rendering: &Rendering<'_>, taken: &RangeSet<u32>| {
+            let Some(file) = self.keeping.file() else { return };
+            // A disk that is full now may have room at the end.
+            if let Err(error) = now(taken).write(file, rendering.film(), &rendering.memory()) {
+                bar.suspend(|| super::warn(&[error.to_string()]));
+            }
+        };
+        let end = drive::drive(&mut rendering, &mut taken, plan, &|samples| bar.inc(samples), &mut keep);
+        bar.finish_and_clear();
+        let notes = rendering.notes();
+        notes.facts.iter().for_each(|fact| eprintln!("{fact}"));
+        super::warn(&notes.warnings);
+        let memory = rendering.memory();
+        (end, now(&taken), rendering.into_film(), memory)
     }
 }
 
-/// The image, and the picture if there is one.
-struct Outputs {
-    exr: PathBuf,
-    png: Option<PathBuf>,
+/// A render between what is there and what there is to do.
+struct Work {
+    pass: Pass,
+    record: Record,
+    film: Film,
+    memory: Vec<f64>,
+    /// The samples to take.
+    ranges: Vec<std::ops::Range<u32>>,
 }
 
-/// Renders with a progress bar, which is silent when nobody watches.
-fn gather(renderer: &Renderer, pass: Pass) -> Image {
+fn progress_bar(renderer: &Renderer, plan: &Plan<'_>, goal: Option<u32>) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
     let crop = renderer.scene.sensor.film.rendered();
-    let total = u64::from(crop.width) * u64::from(crop.height) * u64::from(pass.samples);
-    let bar = if std::io::stderr().is_terminal() { ProgressBar::new(total) } else { ProgressBar::hidden() };
-    let style = ProgressStyle::with_template("{wide_bar} {percent}% {per_sec} samples, {eta} left");
-    bar.set_style(style.expect("the template is right"));
-    let mut rendering = renderer.begin(pass);
-    rendering.advance(pass.samples, &|samples| bar.inc(samples));
-    bar.finish_and_clear();
-    let notes = rendering.notes();
-    notes.facts.iter().for_each(|fact| eprintln!("{fact}"));
-    super::warn(&notes.warnings);
-    rendering.film().image()
+    let samples: u64 = plan.ranges.iter().map(|range| u64::from(range.end - range.start)).sum();
+    let total = u64::from(crop.width) * u64::from(crop.height) * samples;
+    let (bar, template) = match goal {
+        Some(_) => (ProgressBar::new(total), "{wide_bar} {percent}% {per_sec} samples, {eta} left"),
+        None => (ProgressBar::no_length(), "{elapsed} {human_pos} samples, {per_sec}"),
+    };
+    bar.with_style(ProgressStyle::with_template(template).expect("the template is right"))
+}
+
+/// Why there are not all samples.
+fn tell(end: End, record: &Record) {
+    let why = match end {
+        End::Complete => return,
+        End::Time => "the time is up",
+        End::Error => "the error is small enough",
+        End::Interrupted => "interrupted",
+    };
+    eprintln!("{why} with {} samples of each pixel", drive::count(&record.taken));
 }
 
 fn replay(renderer: &Renderer, pass: Pass, [x, y, sample]: [u32; 3]) -> anyhow::Result<ExitCode> {

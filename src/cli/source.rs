@@ -1,11 +1,11 @@
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use etendue::{
-    integrator::Overrides,
+    integrator::{Model as _, Overrides},
     node::{Document, SceneError, xml},
-    render::Renderer,
-    sampler::Model as _,
+    render::{Pass, Renderer, checkpoint::Identity},
+    sampler::{Model as _, Sampler},
     scene::Scene,
 };
 
@@ -18,6 +18,9 @@ pub(super) struct Source {
     /// Set a $parameter of the scene.
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = definition)]
     define: Vec<(String, String)>,
+    /// Replace the scene's sampler, keeping its sample_count and seed.
+    #[arg(long, value_name = "NAME")]
+    sampler: Option<String>,
     /// Set a parameter of the integrator.
     #[arg(long, value_name = "NAME=VALUE", value_parser = definition)]
     param: Vec<(String, String)>,
@@ -39,27 +42,51 @@ fn whole(text: &str) -> Result<u64, String> {
 }
 
 impl Source {
-    /// What the file says.
+    /// What the file says, with the sampler that is asked for.
     pub(super) fn read(&self) -> Result<Document, SceneError> {
-        xml::read(&self.scene, &self.define)
+        let mut document = xml::read(&self.scene, &self.define)?;
+        if let Some(name) = &self.sampler {
+            Sampler::replace(&mut document, name);
+        }
+        Ok(document)
     }
 
     /// The scene with its integrator or the one that is named; warns of what is strange about them.
     pub(super) fn renderer(&self, document: &Document, integrator: Option<String>) -> Result<Renderer, SceneError> {
-        let renderer = Renderer::new(document, &Overrides { name: integrator, params: self.param.clone() })?;
+        let renderer = Renderer::new(document, &self.overrides(integrator))?;
         super::warn(&renderer.warnings());
         Ok(renderer)
     }
 
-    /// The file.
-    pub(super) fn scene(&self) -> &Path {
-        &self.scene
+    fn overrides(&self, integrator: Option<String>) -> Overrides {
+        Overrides { name: integrator, params: self.param.clone() }
     }
 
-    /// What was set, as text.
-    pub(super) fn parameters(&self) -> String {
+    /// What the samples of a render with these options are a function of.
+    pub(super) fn identity(
+        &self,
+        document: &Document,
+        integrator: Option<String>,
+        renderer: &Renderer,
+        pass: Pass,
+    ) -> Result<Identity, SceneError> {
+        Identity::new(document, &self.define, &self.overrides(integrator), renderer, pass)
+    }
+
+    /// What an image's header says of how it was made.
+    pub(super) fn attributes(&self, identity: &Identity, renderer: &Renderer) -> Vec<(String, String)> {
         let params: Vec<_> = self.param.iter().chain(&self.define).map(|(n, v)| format!("{n}={v}")).collect();
-        params.join(" ")
+        let attributes = [
+            ("etendue.version", identity.version.clone()),
+            ("etendue.scene", self.scene.display().to_string()),
+            ("etendue.scene_sha256", identity.scene_sha256.clone()),
+            ("etendue.integrator", renderer.integrator.plugin().name.into()),
+            ("etendue.sampler", renderer.scene.sensor.sampler.plugin().name.into()),
+            ("etendue.parameters", params.join(" ")),
+            ("etendue.seed", identity.seed.to_string()),
+        ];
+        let not_physical = renderer.integrator.not_physical().map(|what| ("etendue.not_physical", what.to_owned()));
+        attributes.into_iter().chain(not_physical).map(|(name, value)| (name.to_owned(), value)).collect()
     }
 
     /// The seed.

@@ -84,6 +84,24 @@ fn utf8(text: &str) -> Text {
     Text::from_slice_unchecked(text.as_bytes())
 }
 
+/// Reads the texts in the header of a file, and none of its pixels.
+///
+/// # Errors
+/// If the file cannot be read or is no `OpenEXR` image.
+pub fn read_attributes(path: &Path) -> Result<Vec<(String, String)>, FileError> {
+    let data = exr::meta::MetaData::read_from_file(path, false).map_err(|error| FileError::new(path, error))?;
+    let headers = data.headers.iter().flat_map(|header| &header.own_attributes.other);
+    Ok(headers.filter_map(text).collect())
+}
+
+/// An attribute that is a text.
+fn text((name, value): (&Text, &AttributeValue)) -> Option<(String, String)> {
+    match value {
+        AttributeValue::Text(text) => Some((name.to_string(), String::from_utf8_lossy(text.as_slice()).into_owned())),
+        _ => None,
+    }
+}
+
 /// Reads all channels of the first layer of a file.
 ///
 /// # Errors
@@ -103,10 +121,6 @@ pub fn read(path: &Path) -> Result<Image, FileError> {
         layer.channel_data.list.into_iter().map(|c| (c.name.to_string(), values(c.sample_data))).collect();
     channels
         .sort_by_key(|(name, _)| (["R", "G", "B"].iter().position(|known| known == name).unwrap_or(3), name.clone()));
-    let text = |(name, value): (&Text, &AttributeValue)| match value {
-        AttributeValue::Text(text) => Some((name.to_string(), String::from_utf8_lossy(text.as_slice()).into_owned())),
-        _ => None,
-    };
     let attributes = layer.attributes.other.iter().filter_map(text).collect();
     let position = layer.attributes.layer_position;
     let window = file.attributes.display_window;

@@ -1,21 +1,23 @@
 use glam::DVec2;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::Crop;
 use crate::stats::ExactMoments;
 
 /// A named group of channels.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LayerSpec {
     /// The name before the dot; the beauty has none.
     pub name: String,
     /// The names after the dot.
-    pub channels: &'static [&'static str],
+    pub channels: Vec<String>,
     /// Where its values come from.
     pub source: Source,
 }
 
 /// Where a layer's values come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Source {
     /// The mean of what the integrator writes for each sample.
     Sampled,
@@ -29,7 +31,7 @@ impl LayerSpec {
     /// The image itself.
     #[must_use]
     pub fn beauty() -> Self {
-        Self { name: String::new(), channels: &["R", "G", "B"], source: Source::Sampled }
+        Self { name: String::new(), channels: ["R", "G", "B"].map(String::from).into(), source: Source::Sampled }
     }
 
     /// A layer of colours that the integrator writes.
@@ -48,8 +50,8 @@ impl LayerSpec {
 pub struct Pixels {
     width: u32,
     /// By pixel, row by row, and in each by channel.
-    moments: Vec<ExactMoments>,
-    stride: usize,
+    pub(super) moments: Vec<ExactMoments>,
+    pub(super) stride: usize,
 }
 
 impl Pixels {
@@ -86,11 +88,11 @@ pub struct Film {
     pub size: DVec2,
     /// The layers, the beauty first.
     pub layers: Vec<LayerSpec>,
-    pixels: Pixels,
+    pub(super) pixels: Pixels,
     /// Whether the scatter of its samples tells the variance of the beauty.
-    has_variance: bool,
+    pub(super) has_variance: bool,
     /// What light paths left on the beauty, by pixel; empty if there are none.
-    splats: Vec<[ExactMoments; 3]>,
+    pub(super) splats: Vec<[ExactMoments; 3]>,
 }
 
 impl Film {
@@ -140,6 +142,38 @@ impl Film {
     pub fn means(&self) -> Vec<[f64; 3]> {
         let [r, g, b] = [0, 1, 2].map(|channel| self.beauty(channel, Estimate::mean));
         r.into_iter().zip(g).zip(b).map(|((r, g), b)| [r, g, b]).collect()
+    }
+
+    /// The estimated relative error of the beauty: the root of the mean variance of all pixels' means, over all channels,
+    /// divided by the mean of the image; infinite where that cannot be told. Samples are taken to be independent, so that
+    /// it is too large where a sampler spreads them evenly.
+    #[must_use]
+    pub fn relative_error(&self) -> f64 {
+        /// So many pixels are summed by one thread; their sums are added in order.
+        const TOGETHER: usize = 4096;
+        let stride = self.pixels.stride;
+        let pixel = |number: usize, samples: &[ExactMoments]| {
+            let estimate = |channel: usize| {
+                let paths = self.splats.get(number).map(|splats| splats[channel]);
+                Estimate { samples: samples[channel], paths }
+            };
+            let estimates = [0, 1, 2].map(estimate);
+            DVec2::new(
+                estimates.iter().map(Estimate::variance_of_mean).sum(),
+                estimates.iter().map(Estimate::mean).sum(),
+            )
+        };
+        let chunks = self.pixels.moments.par_chunks(TOGETHER * stride).enumerate();
+        let sums: Vec<DVec2> = chunks
+            .map(|(i, chunk)| {
+                let pixels = chunk.chunks_exact(stride).enumerate();
+                pixels.map(|(k, samples)| pixel(i * TOGETHER + k, samples)).sum()
+            })
+            .collect();
+        let values = 3.0 * (self.pixels.moments.len() / stride) as f64;
+        let means = sums.into_iter().sum::<DVec2>() / values;
+        let error = means.x.sqrt() / means.y.abs();
+        if error.is_nan() { f64::INFINITY } else { error }
     }
 
     /// Something about a channel of the beauty, by pixel.
@@ -249,5 +283,75 @@ impl Image {
         let [r, g, b] = names.map(|name| self.channel(name));
         let (r, g, b) = (r?, g?, b?);
         Some(r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::rng::Stream;
+    use crate::stats::Moments;
+
+    /// What pixel and channel show: something else each, the first pixel nothing.
+    fn truth(pixel: u32, channel: usize) -> f64 {
+        f64::from(pixel) * (0.3 + channel as f64)
+    }
+
+    /// Exponentially distributed samples, and as many that light paths leave.
+    fn film(seed: u64, samples: u64, has_splats: bool) -> Film {
+        let crop = Crop { x: 0, y: 0, width: 5, height: 1 };
+        let layers = vec![LayerSpec::beauty(), LayerSpec::sampled("other")];
+        let mut film = Film::new(crop, DVec2::new(5.0, 1.0), layers);
+        let mut stream = Stream::at(&[seed]);
+        let mut value = |pixel, channel| truth(pixel, channel) * -(1.0 - stream.next_1d()).ln();
+        let mut splats = [[ExactMoments::default(); 3]; 5];
+        for pixel in 0..5 {
+            let mut block = Pixels::new(1, 1, 6);
+            for _ in 0..samples {
+                block.push(0, 0, &[0, 1, 2, 3, 4, 5].map(|channel| value(pixel, channel)));
+                let of_pixel = splats[pixel as usize].iter_mut().enumerate();
+                of_pixel.for_each(|(channel, moments)| moments.push(value(pixel, channel)));
+            }
+            film.add(pixel, 0, &block);
+        }
+        if has_splats {
+            film.add_splats(&splats);
+        }
+        film
+    }
+
+    #[test]
+    fn the_relative_error_is_that_of_many_images() {
+        for has_splats in [false, true] {
+            let share = if has_splats { 2.0 } else { 1.0 };
+            let values = || (0..5).flat_map(|pixel| (0..3).map(move |channel| (pixel, channel)));
+            let mean = values().map(|(pixel, channel)| share * truth(pixel, channel)).sum::<f64>() / 15.0;
+            let (mut squares, mut told) = (Moments::default(), Moments::default());
+            for seed in 0..2000 {
+                let film = film(seed, 20, has_splats);
+                let means = film.means();
+                let error = |(pixel, channel)| means[pixel as usize][channel] - share * truth(pixel, channel);
+                squares.push(values().map(error).map(|error| error * error).sum::<f64>() / 15.0 / (mean * mean));
+                told.push(film.relative_error().powi(2));
+            }
+            let error = (told.mean - squares.mean).abs();
+            let both = told.std_error().unwrap_or(0.0).hypot(squares.std_error().unwrap_or(0.0));
+            // The mean of the image, by which each is divided, scatters too: its variance is some 1.5 % of its square.
+            assert!(error < 4.0 * both + 0.05 * squares.mean, "{} instead of {}", told.mean, squares.mean);
+            assert!(both < 0.03 * squares.mean, "the test could see nothing");
+        }
+    }
+
+    #[test]
+    fn the_relative_error_is_infinite_where_nothing_is_known() {
+        for samples in [0, 1] {
+            assert_eq!(film(1, samples, false).relative_error(), f64::INFINITY);
+        }
+        let crop = Crop { x: 0, y: 0, width: 1, height: 1 };
+        let mut black = Film::new(crop, DVec2::ONE, vec![LayerSpec::beauty()]);
+        let mut block = Pixels::new(1, 1, 3);
+        (0..9).for_each(|_| block.push(0, 0, &[0.0; 3]));
+        black.add(0, 0, &block);
+        assert_eq!(black.relative_error(), f64::INFINITY);
     }
 }

@@ -6,12 +6,15 @@ pub mod laws;
 mod layers;
 pub mod picture;
 pub mod splats;
+mod sums;
 
 pub use filter::Filter;
 pub use layers::{Film, Image, LayerSpec, Pixels, Source, VARIANCE};
 pub use splats::Splats;
+pub use sums::Frame;
 
 use glam::DVec2;
+use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
 use crate::node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError, catalogue};
@@ -37,7 +40,7 @@ pub struct HdrFilm {
 }
 
 /// The part of the film that is rendered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Crop {
     /// The first column.
     pub x: u32,

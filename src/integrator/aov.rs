@@ -141,7 +141,7 @@ impl Model for Aov {
     fn layers(&self) -> Vec<LayerSpec> {
         let own = self.layers.iter().map(|(name, quantity)| LayerSpec {
             name: name.clone(),
-            channels: quantity.channels(),
+            channels: quantity.channels().iter().map(|channel| (*channel).to_owned()).collect(),
             source: if *quantity == Quantity::SampleCount { Source::Count } else { Source::Sampled },
         });
         own.chain(self.child.iter().flat_map(|child| child.layers())).collect()

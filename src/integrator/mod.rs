@@ -309,7 +309,7 @@ impl Integrator {
     /// The name of a scene's own integrator, if it has one.
     #[must_use]
     pub fn name_in(document: &Document) -> Option<&str> {
-        let id = integrator_in(document, document.object(document.root))?;
+        let id = document.child(document.root, Category::Integrator)?;
         Some(&document.object(id).plugin)
     }
 
@@ -318,54 +318,42 @@ impl Integrator {
     /// # Errors
     /// If the scene has none and none is named, or it is wrong.
     pub fn of_scene(document: &Document, overrides: &Overrides) -> Result<Self, SceneError> {
+        let (document, id) = overrides.applied(document)?;
+        Self::read(&document, id)
+    }
+
+    /// The same as text: its name, and the parameters that are set.
+    ///
+    /// # Errors
+    /// If the scene has none and none is named.
+    pub fn described(document: &Document, overrides: &Overrides) -> Result<String, SceneError> {
+        let (document, id) = overrides.applied(document)?;
+        Ok(document.describe(id, &[]))
+    }
+}
+
+impl Overrides {
+    /// The document with its integrator as it is asked for.
+    fn applied(&self, document: &Document) -> Result<(Document, ObjectId), SceneError> {
+        let own = document.child(document.root, Category::Integrator);
         let mut document = document.clone();
-        let root = document.object(document.root);
-        let own = integrator_in(&document, root);
-        let id = match (own, &overrides.name) {
+        let id = match (own, &self.name) {
             (None, None) => {
+                let root = document.object(document.root);
                 let error = SceneError::at(&root.place, "the scene has no integrator");
                 return Err(error.hint("give it one, or name one with --integrator"));
             }
             (Some(id), None) => id,
-            (own, Some(name)) => replaced(&mut document, own, name),
+            (own, Some(name)) => {
+                let option = format!("--integrator {name}");
+                document.add_stand_in(own, Category::Integrator, name, Integrator::PLUGINS, &option)
+            }
         };
-        for (name, text) in &overrides.params {
+        for (name, text) in &self.params {
             set(&mut document.objects[id.0], name, text);
         }
-        Self::read(&document, id)
+        Ok((document, id))
     }
-}
-
-/// Adds an integrator that keeps the parameters it shares with the scene's own.
-fn replaced(document: &mut Document, own: Option<ObjectId>, name: &str) -> ObjectId {
-    let known = Integrator::PLUGINS.iter().find(|plugin| plugin.name == name);
-    let has = |param: &str| known.is_some_and(|plugin| plugin.params.iter().any(|p| p.name == param));
-    let kept = |p: &&Property| !matches!(p.value, Value::Object(_)) && has(&p.name);
-    let mut properties: Vec<Property> = Vec::new();
-    // An integrator that wraps another leaves the parameters to that one.
-    let mut next = own;
-    while let Some(id) = next {
-        let object = document.object(id);
-        properties.extend(object.properties.iter().filter(kept).cloned());
-        next = integrator_in(document, object);
-    }
-    document.objects.push(Object {
-        category: Category::Integrator,
-        plugin: name.to_owned(),
-        id: None,
-        place: Place::argument(&format!("--integrator {name}")),
-        folder: document.object(document.root).folder.clone(),
-        properties,
-    });
-    ObjectId(document.objects.len() - 1)
-}
-
-/// The first integrator that stands in an object.
-fn integrator_in(document: &Document, object: &Object) -> Option<ObjectId> {
-    object.properties.iter().find_map(|property| match property.value {
-        Value::Object(id) if document.object(id).category == Category::Integrator => Some(id),
-        _ => None,
-    })
 }
 
 /// Sets a parameter from text, of the type that the text looks like.

@@ -42,7 +42,7 @@ impl Model for Moment {
     }
 
     fn layers(&self) -> Vec<LayerSpec> {
-        let second = LayerSpec { name: "m2".into(), channels: &["R", "G", "B"], source: Source::SecondMoment };
+        let second = LayerSpec { source: Source::SecondMoment, ..LayerSpec::sampled("m2") };
         self.child.layers().into_iter().chain([second]).collect()
     }
 

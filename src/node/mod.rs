@@ -4,6 +4,7 @@
 //! [`xml`] makes a [`Document`] from text. Nothing in here knows a shape from a light.
 
 mod catalogue;
+mod edit;
 mod error;
 mod params;
 mod plugin;

@@ -41,7 +41,11 @@ impl Cells {
     /// The cell of a place along each axis.
     #[inline]
     fn of(&self, position: [f64; 3]) -> [i64; 3] {
-        position.map(|x| (x * self.per_length).floor() as i64)
+        position.map(|x| {
+            // Rounds down without a call of the library.
+            let towards_zero = (x * self.per_length) as i64;
+            towards_zero - i64::from(towards_zero as f64 > x * self.per_length)
+        })
     }
 
     #[inline]
@@ -59,17 +63,19 @@ impl Cells {
 const MOST_BITS: u32 = 26;
 
 impl Grid {
-    /// Sorts photons into cells of an edge in m.
+    /// Sorts photons, in pieces, into cells of an edge in m.
     ///
     /// # Panics
     /// If there are 2³² photons or more.
     #[must_use]
-    pub fn new(harvest: &Harvest, edge: f64) -> Self {
-        let count = u32::try_from(harvest.photons.len()).expect("photons are numbered in 32 bits");
+    pub fn new(harvest: &[Harvest], edge: f64) -> Self {
+        let count: usize = harvest.iter().map(|piece| piece.photons.len()).sum();
+        let count = u32::try_from(count).expect("photons are numbered in 32 bits");
         let bits = count.next_power_of_two().trailing_zeros().clamp(1, MOST_BITS);
         let cells = Cells { per_length: edge.recip(), bits };
         let bucket = |position: &[f32; 3]| cells.bucket(cells.of(position.map(f64::from)));
-        let buckets: Vec<u32> = harvest.positions.par_iter().map(bucket).collect();
+        let of_piece = |piece: &Harvest| piece.positions.iter().map(bucket).collect();
+        let buckets: Vec<Vec<u32>> = harvest.par_iter().map(of_piece).collect();
         // Each thread picks the photons of its own buckets.
         let parts = rayon::current_num_threads().next_power_of_two().min(1 << bits);
         let size = (1 << bits) / parts;
@@ -89,10 +95,10 @@ impl Grid {
         self.len() == 0
     }
 
-    /// Shows the photons within a radius in m around a place, on its side of its surface, each with what it counts there: the
-    /// same as [`Map::gather`](super::Map::gather) does.
+    /// Shows the photons within a radius in m around a place, on its side of its surface, each with what it counts there, as
+    /// [`Map::gather`](super::Map::gather) does, and with the square of its distance over that of the radius.
     #[inline]
-    pub fn gather(&self, site: &Site, radius: f64, kernel: Kernel, mut show: impl FnMut(&Photon, f64)) {
+    pub fn gather(&self, site: &Site, radius: f64, kernel: Kernel, mut show: impl FnMut(&Photon, f64, f64)) {
         let reach = ((radius * radius) as f32).clamp(f32::MIN_POSITIVE, f32::MAX);
         let lookup = Lookup { nearest: None, radius, kernel };
         let mut share = Share::new(site, &lookup, reach);
@@ -102,7 +108,8 @@ impl Grid {
                 let [x, y, z] = [0, 1, 2].map(|axis| placed.position[axis] - p[axis]);
                 let distance_squared = x * x + y * y + z * z;
                 if distance_squared < reach {
-                    share.show(&placed.photon, distance_squared, &mut show);
+                    let way = f64::from(distance_squared / reach);
+                    share.show(&placed.photon, distance_squared, &mut |photon, count| show(photon, count, way));
                 }
             }
         };
@@ -147,10 +154,10 @@ impl Grid {
 
 impl Part {
     /// Counting sort of the photons of so many buckets.
-    fn new(harvest: &Harvest, buckets: &[u32], first: usize, size: usize) -> Self {
+    fn new(harvest: &[Harvest], buckets: &[Vec<u32>], first: usize, size: usize) -> Self {
         let own = |bucket: u32| (bucket as usize).checked_sub(first).filter(|index| *index < size);
         let mut ends = vec![0_u32; size];
-        for &bucket in buckets {
+        for &bucket in buckets.iter().flatten() {
             if let Some(index) = own(bucket) {
                 ends[index] += 1;
             }
@@ -161,11 +168,12 @@ impl Part {
         }
         // Each starts where it will end once all of its photons are placed.
         let mut photons = vec![Placed::default(); total as usize];
-        for (photon, &bucket) in buckets.iter().enumerate() {
-            if let Some(index) = own(bucket) {
-                let (position, photon) = (harvest.positions[photon], harvest.photons[photon]);
-                photons[ends[index] as usize] = Placed { position, photon };
-                ends[index] += 1;
+        for (piece, buckets) in harvest.iter().zip(buckets) {
+            for ((&position, &photon), &bucket) in piece.positions.iter().zip(&piece.photons).zip(buckets) {
+                if let Some(index) = own(bucket) {
+                    photons[ends[index] as usize] = Placed { position, photon };
+                    ends[index] += 1;
+                }
             }
         }
         Self { ends, photons }
@@ -215,13 +223,13 @@ mod tests {
         ) {
             let harvest = harvest(count, 10.0);
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let grid = pool.install(|| Grid::new(&harvest, edge));
+            let grid = pool.install(|| Grid::new(std::slice::from_ref(&harvest), edge));
             let map = Map::new(&harvest.positions, harvest.photons.clone());
             prop_assert_eq!(grid.len(), count);
             let site = Site::flat(DVec3::from_array(at) * DVec3::new(1.0, 1.0, 0.1), DVec3::Z, 3);
             let lookup = Lookup { nearest: None, radius, kernel: Kernel::Cone };
             let of_map = found(|show| map.gather(&site, &lookup, |photon, count| show(photon, count)));
-            let of_grid = found(|show| grid.gather(&site, radius, Kernel::Cone, |photon, count| show(photon, count)));
+            let of_grid = found(|show| grid.gather(&site, radius, Kernel::Cone, |photon, count, _| show(photon, count)));
             prop_assert_eq!(of_map, of_grid);
         }
     }
@@ -232,9 +240,9 @@ mod tests {
         let site = Site::flat(DVec3::ZERO, DVec3::Z, 3);
         let order = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let grid = pool.install(|| Grid::new(&harvest, 0.2));
+            let grid = pool.install(|| Grid::new(std::slice::from_ref(&harvest), 0.2));
             let mut order = Vec::new();
-            grid.gather(&site, 0.1, Kernel::Constant, |photon, _| order.push(photon.power().x));
+            grid.gather(&site, 0.1, Kernel::Constant, |photon, _, _| order.push(photon.power().x));
             order
         };
         let alone = order(1);

@@ -19,4 +19,4 @@ pub use kernel::Kernel;
 pub use map::{Lookup, Map, Site};
 pub use packed::{LONGEST, Photon};
 pub use shadow::{Shade, ShadowMap};
-pub use trace::{Aim, Harvest, Tally, harvest};
+pub use trace::{Aim, Harvest, Tally, batches, harvest};

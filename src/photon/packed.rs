@@ -119,7 +119,8 @@ fn encode(v: DVec3, bits: u32) -> u64 {
     let p = v.truncate() / v.abs().element_sum();
     let p = if v.z < 0.0 { fold(p) } else { p };
     let steps = f64::from((1_u32 << bits) - 1);
-    let part = |x: f64| ((0.5 * (x + 1.0) * steps).round() as u64).min((1 << bits) - 1);
+    // To the nearest step; the cast rounds down.
+    let part = |x: f64| ((0.5 * (x + 1.0) * steps + 0.5) as u64).min((1 << bits) - 1);
     part(p.x) | part(p.y) << bits
 }
 

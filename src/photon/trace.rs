@@ -109,6 +109,22 @@ impl Harvest {
         })
     }
 
+    /// All of some, in their order.
+    #[must_use]
+    pub fn join(parts: Vec<Self>) -> Self {
+        let count = parts.iter().map(|part| part.photons.len()).sum();
+        let (positions, photons) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        let mut all = Self { positions, photons, ..Self::default() };
+        for part in parts {
+            all.positions.extend(part.positions);
+            all.photons.extend(part.photons);
+            all.emitted += part.emitted;
+            all.power += part.power;
+            all.longest = all.longest.max(part.longest);
+        }
+        all
+    }
+
     /// What is strange about it, if it holds no photon.
     #[must_use]
     pub fn warning(&self, aim: Aim) -> Option<String> {
@@ -138,11 +154,18 @@ const BATCH: u64 = 2048;
 /// the order of their numbers.
 #[must_use]
 pub fn harvest(scene: &Scene, aim: Aim, emitted: u64, depths: Depths, address: [u64; 3]) -> Harvest {
+    Harvest::join(batches(scene, aim, emitted, depths, address))
+}
+
+/// What [`harvest`] gives, in the pieces in which it was made.
+#[must_use]
+pub fn batches(scene: &Scene, aim: Aim, emitted: u64, depths: Depths, address: [u64; 3]) -> Vec<Harvest> {
     let depths = Depths { max: depths.max.min(LONGEST), ..depths };
     let share = 1.0 / emitted as f64;
     let batch = |batch: u64| {
-        let mut found = Harvest::default();
-        for index in batch * BATCH..emitted.min((batch + 1) * BATCH) {
+        let numbers = batch * BATCH..emitted.min((batch + 1) * BATCH);
+        let mut found = Harvest { emitted: numbers.end - numbers.start, longest: depths.max, ..Harvest::default() };
+        for index in numbers {
             let [seed, pass, purpose] = address;
             let mut numbers = Stream::at(&[seed, pass, purpose, index]);
             let Some(emission) = aim.emit(scene, &mut numbers) else { continue };
@@ -160,16 +183,7 @@ pub fn harvest(scene: &Scene, aim: Aim, emitted: u64, depths: Depths, address: [
         }
         found
     };
-    let batches: Vec<Harvest> = (0..emitted.div_ceil(BATCH)).into_par_iter().map(batch).collect();
-    let count = batches.iter().map(|batch| batch.photons.len()).sum();
-    let (positions, photons) = (Vec::with_capacity(count), Vec::with_capacity(count));
-    let mut all = Harvest { positions, photons, emitted, power: Rgb::ZERO, longest: depths.max };
-    for batch in batches {
-        all.positions.extend(batch.positions);
-        all.photons.extend(batch.photons);
-        all.power += batch.power;
-    }
-    all
+    (0..emitted.div_ceil(BATCH)).into_par_iter().map(batch).collect()
 }
 
 fn photon(scene: &Scene, arrival: &Arrival<'_>, share: f64) -> Photon {

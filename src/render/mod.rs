@@ -1,5 +1,7 @@
 //! From a scene and an integrator to a film: tiles on all threads, with the same bits however many there are.
 
+pub mod checkpoint;
+pub mod drive;
 pub mod laws;
 
 use std::{borrow::Cow, ops::Range};
@@ -80,6 +82,12 @@ impl Renderer {
         warnings
     }
 
+    /// Samples of each pixel that the scene asks for.
+    #[must_use]
+    pub fn samples(&self) -> u32 {
+        self.integrator.samples().unwrap_or(self.scene.sensor.sampler.sample_count())
+    }
+
     /// A film without samples, with the layers of this integrator.
     #[must_use]
     pub fn film(&self) -> Film {
@@ -148,6 +156,12 @@ impl Rendering<'_> {
         &self.film
     }
 
+    /// What has been gathered, at the end.
+    #[must_use]
+    pub fn into_film(self) -> Film {
+        self.film
+    }
+
     /// Which sample of each pixel comes next.
     #[must_use]
     pub fn next(&self) -> u32 {
@@ -158,6 +172,16 @@ impl Rendering<'_> {
     #[must_use]
     pub fn memory(&self) -> Vec<f64> {
         self.integrator.memory()
+    }
+
+    /// Goes on with a later sample, or an earlier one, of an integrator whose samples do not follow from one another.
+    ///
+    /// # Panics
+    /// If they do.
+    pub fn go_to(&mut self, sample: u32) {
+        let is_chained = self.integrator.preparation() == Preparation::Chain;
+        assert!(sample == self.next || !is_chained, "sample {sample} follows from those after {}", self.next);
+        self.next = sample;
     }
 
     /// Renders so many more samples of each pixel, but none beyond the pass. `progress` is told how many samples have been

@@ -13,7 +13,7 @@
 mod histogram;
 mod laws;
 mod mark;
-mod number;
+pub(crate) mod number;
 mod page;
 mod pictures;
 mod plot;
@@ -21,6 +21,8 @@ mod plot;
 mod sample;
 mod scenes;
 pub mod summary;
+
+pub(crate) use page::{environment, now};
 
 use std::path::{Path, PathBuf};
 

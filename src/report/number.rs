@@ -5,7 +5,7 @@ const THIN: char = '\u{202f}';
 
 /// A number to so many significant digits, without trailing zeros; below 0.001 and from a million on as a power of
 /// ten.
-pub(super) fn significant(x: f64, digits: usize) -> String {
+pub(crate) fn significant(x: f64, digits: usize) -> String {
     if !x.is_finite() || x == 0.0 {
         return special(x);
     }
@@ -35,7 +35,7 @@ pub(super) fn to_bound(x: f64, bound: f64) -> String {
 }
 
 /// A chance, to three digits.
-pub(super) fn probability(p: f64) -> String {
+pub(crate) fn probability(p: f64) -> String {
     significant(p, 3)
 }
 
@@ -51,7 +51,7 @@ pub(super) fn signed_percent(x: f64) -> String {
 }
 
 /// Seconds, as minutes where they are many.
-pub(super) fn duration(seconds: f64) -> String {
+pub(crate) fn duration(seconds: f64) -> String {
     if seconds < 120.0 {
         return format!("{}{THIN}s", significant(seconds, 2));
     }

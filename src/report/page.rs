@@ -72,16 +72,26 @@ pub(super) fn render(evidence: &Evidence) -> String {
         ("scene.html", include_str!("scene.html")),
         ("mark.html", include_str!("mark.html")),
     ];
+    let environment = environment(&parts);
+    let template = environment.get_template("index.html").expect("it was added");
+    template.render(Serde(Page::new(evidence))).expect("the template uses what the page has")
+}
+
+/// Templates by their names, of which those that end in .html are escaped.
+pub(crate) fn environment(parts: &[(&'static str, &'static str)]) -> Environment<'static> {
     let mut environment = Environment::new();
     let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
     environment.set_syntax(syntax.expect("the delimiters are the usual ones"));
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    // Names that end in .html are escaped.
     for (name, source) in parts {
         environment.add_template(name, source).expect("the templates are well-formed");
     }
-    let template = environment.get_template("index.html").expect("it was added");
-    template.render(Serde(Page::new(evidence))).expect("the template uses what the page has")
+    environment
+}
+
+/// The date and time.
+pub(crate) fn now() -> String {
+    utc(SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()))
 }
 
 impl Page {
@@ -96,7 +106,7 @@ impl Page {
                 Effort::Quick => "quick",
                 Effort::Full => "full",
             },
-            made: utc(SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())),
+            made: now(),
             seconds: number::duration(evidence.seconds),
             threads: evidence.threads,
             command: command(evidence),

@@ -44,4 +44,8 @@ impl Model for Independent {
     fn numbers(&self, address: &Address) -> PathNumbers {
         PathNumbers::Independent(Stream::at(&address.of_sample()))
     }
+
+    fn is_open_ended(&self) -> bool {
+        true
+    }
 }

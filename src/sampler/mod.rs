@@ -16,7 +16,7 @@ use glam::DVec2;
 
 use crate::{
     math::rng::Stream,
-    node::{Category, Kind, Param, Range, catalogue},
+    node::{Category, Described as _, Document, Kind, ObjectId, Param, Place, Property, Range, Value, catalogue},
 };
 
 /// Which sample of which pixel a stream is for.
@@ -92,6 +92,10 @@ pub trait Model {
     fn seed(&self) -> u64;
     /// The numbers of a path.
     fn numbers(&self, address: &Address) -> PathNumbers;
+    /// Whether a sample has the same numbers however many there are, so that more can be added to those that are there.
+    fn is_open_ended(&self) -> bool {
+        false
+    }
 }
 
 /// The numbers of one path, of whichever sampler.
@@ -138,6 +142,46 @@ impl Model for Sampler {
     fn numbers(&self, address: &Address) -> PathNumbers {
         each_sampler!(self, sampler => sampler.numbers(address))
     }
+
+    fn is_open_ended(&self) -> bool {
+        each_sampler!(self, sampler => sampler.is_open_ended())
+    }
+}
+
+impl Sampler {
+    /// Gives the sensors of a scene another sampler, which keeps the parameters that both have.
+    pub fn replace(document: &mut Document, name: &str) {
+        for sensor in sensors(document) {
+            let own = document.child(sensor, Category::Sampler);
+            let option = format!("--sampler {name}");
+            let id = document.add_stand_in(own, Category::Sampler, name, Self::PLUGINS, &option);
+            let properties = &mut document.objects[sensor.0].properties;
+            properties.retain(|property| own.is_none_or(|own| property.value != Value::Object(own)));
+            let property = Property { name: option.clone(), value: Value::Object(id), place: Place::argument(&option) };
+            properties.push(property);
+        }
+    }
+
+    /// The sampler of a scene's sensor as text: its name, and what is set of it but the number of samples and the seed.
+    #[must_use]
+    pub fn described(document: &Document) -> String {
+        let sensor = sensors(document).into_iter().next();
+        let own = sensor.and_then(|sensor| document.child(sensor, Category::Sampler));
+        own.map_or_else(
+            || Independent::PLUGIN.name.to_owned(),
+            |id| document.describe(id, &[SAMPLE_COUNT.name, SEED.name]),
+        )
+    }
+}
+
+/// The sensors of a scene, of which the first is used.
+fn sensors(document: &Document) -> Vec<ObjectId> {
+    let is_sensor = |id: &ObjectId| document.object(*id).category == Category::Sensor;
+    let objects = document.object(document.root).properties.iter().filter_map(|property| match property.value {
+        Value::Object(id) => Some(id),
+        _ => None,
+    });
+    objects.filter(is_sensor).collect()
 }
 
 /// The two parameters that all samplers share.

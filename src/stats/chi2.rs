@@ -70,10 +70,14 @@ impl Chi2 {
     /// statistic 0, dof 0, p 1.
     #[must_use]
     pub fn sum_of_squares(z: &[f64]) -> Self {
-        let statistic = z.iter().map(|z| z * z).sum();
-        let dof = z.len() as f64;
-        let p = if z.is_empty() { 1.0 } else { tail(statistic, dof) };
-        Self { statistic, dof, p, pooled: 0 }
+        Self::of_squares(z.iter().map(|z| z * z).sum(), z.len())
+    }
+
+    /// Tests a sum of squares of so many degrees of freedom. Of none, the answer is p = 1.
+    #[must_use]
+    pub fn of_squares(statistic: f64, dof: usize) -> Self {
+        let p = if dof == 0 { 1.0 } else { tail(statistic, dof as f64) };
+        Self { statistic, dof: dof as f64, p, pooled: 0 }
     }
 }
 

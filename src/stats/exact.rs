@@ -113,6 +113,28 @@ impl ExactMoments {
         self.sum_sq = self.sum_sq.saturating_add(other.sum_sq);
     }
 
+    /// So many bytes hold one.
+    pub const BYTES: usize = 40;
+
+    /// As bytes, little endian: the count, the sum in units of 2^-64, the sum of squares in units of 2^-70.
+    #[must_use]
+    pub fn to_bytes(&self) -> [u8; Self::BYTES] {
+        let mut bytes = [0; Self::BYTES];
+        bytes[..8].copy_from_slice(&self.n.to_le_bytes());
+        bytes[8..24].copy_from_slice(&self.sum.quanta.to_le_bytes());
+        bytes[24..].copy_from_slice(&self.sum_sq.to_le_bytes());
+        bytes
+    }
+
+    /// From such bytes.
+    #[must_use]
+    pub fn from_bytes(bytes: &[u8; Self::BYTES]) -> Self {
+        let part = |from: usize| std::array::from_fn(|i| bytes[from + i]);
+        let n = u64::from_le_bytes(std::array::from_fn(|i| bytes[i]));
+        let sum = ExactSum { quanta: i128::from_le_bytes(part(8)) };
+        Self { n, sum, sum_sq: u128::from_le_bytes(part(24)) }
+    }
+
     /// How many numbers were pushed.
     #[must_use]
     pub fn n(&self) -> u64 {
@@ -349,6 +371,21 @@ mod tests {
         let moments = moments_of(&[-1e8, 0.1, 7e8 / 3.0]);
         let text = serde_json::to_string(&moments).unwrap();
         assert_eq!(serde_json::from_str::<ExactMoments>(&text).unwrap(), moments);
+    }
+
+    #[test]
+    fn round_trips_through_bytes() {
+        for numbers in [vec![], vec![-1e8, 0.1, 7e8 / 3.0], vec![-1e19, 3.0], vec![1e9]] {
+            let moments = moments_of(&numbers);
+            assert_eq!(ExactMoments::from_bytes(&moments.to_bytes()), moments, "{numbers:?}");
+        }
+        let bytes = moments_of(&[1.0, -3.0]).to_bytes();
+        let expected = [
+            2_u64.to_le_bytes().to_vec(),
+            (-2_i128 << 64).to_le_bytes().to_vec(),
+            (10_u128 << 70).to_le_bytes().to_vec(),
+        ];
+        assert_eq!(bytes.to_vec(), expected.concat());
     }
 
     proptest! {

@@ -14,6 +14,9 @@
 //! | many tests at once | [`multiple`] | levels, adjusted p-values, rejections |
 //! | counts of rejections against a rate | [`binomial`] | exact tail probabilities |
 //! | what a test would have seen | [`power`] | detectable differences, sample sizes |
+//! | a power law through points | [`slope`] | [`Slope`] |
+//! | a curve of predicted shape | [`amplitude`] | [`Amplitudes`] |
+//! | where two power laws meet | [`crossing`] | [`Positive`] |
 //! | images reduced to tiles | [`tiles`] | [`Tiling`], [`TiledMeans`] |
 //! | "ours equals the reference" | [`verdict`] | [`Verdict`] |
 //!
@@ -24,8 +27,10 @@
 //! Every test here leans on the central limit theorem somewhere. Heavy tails (a caustic found by luck, fireflies) are
 //! the caller's business: average more samples into each batch or tile before testing, and never clamp.
 
+pub mod amplitude;
 pub mod binomial;
 pub mod chi2;
+pub mod crossing;
 pub mod equivalence;
 pub mod estimate;
 pub mod exact;
@@ -35,6 +40,7 @@ pub mod moments;
 pub mod multiple;
 pub mod normal;
 pub mod power;
+pub mod slope;
 pub mod student;
 pub mod tiles;
 pub mod verdict;
@@ -43,12 +49,15 @@ pub mod welch;
 #[cfg(test)]
 mod draws;
 
+pub use amplitude::Amplitudes;
 pub use chi2::Chi2;
+pub use crossing::Positive;
 pub use equivalence::Equivalence;
 pub use estimate::Estimate;
 pub use exact::{ExactMoments, ExactSum};
 pub use ks::Ks;
 pub use moments::Moments;
+pub use slope::{Point, Slope};
 pub use tiles::{PixelMeans, TiledMeans, TilesError, Tiling};
 pub use verdict::{DeterministicCheck, Outcome, Verdict, VerdictConfig, VerdictError};
 pub use welch::Welch;

@@ -2,7 +2,7 @@
 
 use etendue::film::{Image, exr};
 
-use crate::kit::{self, Folder, bits, pixel};
+use crate::kit::{self, Folder, bits, busy, pixel};
 
 /// Renders a scene where it stands.
 fn rendered(folder: &Folder, scene: &std::path::Path, options: &str) -> Image {
@@ -21,25 +21,6 @@ fn threads_make_no_difference() {
             assert!(bits(&one) == bits(&other), "{} differs with {threads} threads", scene.display());
         }
     }
-}
-
-/// A scene with every kind of randomness: lens, filter, lights, roulette.
-fn busy(sampler: &str, film: &str) -> String {
-    let sensor = format!(
-        r#"<sensor type="thinlens"><float name="aperture_radius" value="0.1"/><float name="focus_distance" value="5"/>
-        <transform name="to_world"><lookat origin="0, 1, 5" target="0, 0, 0" up="0, 1, 0"/></transform>
-        <sampler type="{sampler}"/>
-        <film type="hdrfilm"><integer name="width" value="24"/><integer name="height" value="20"/>{film}</film></sensor>"#
-    );
-    kit::scene_of(&[
-        r#"<integrator type="path"><integer name="rr_depth" value="2"/></integrator>"#,
-        &sensor,
-        kit::SKY,
-        r#"<shape type="sphere"><bsdf type="dielectric"/></shape>"#,
-        r#"<shape type="rectangle"><transform name="to_world"><scale value="3"/><translate z="-2"/></transform></shape>"#,
-        r#"<shape type="disk"><transform name="to_world"><rotate x="1" angle="90"/><translate y="3"/></transform>
-           <emitter type="area"><rgb name="radiance" value="9"/></emitter></shape>"#,
-    ])
 }
 
 const SAMPLERS: [&str; 3] = ["independent", "stratified", "ldsampler"];

@@ -1,0 +1,64 @@
+use std::{path::PathBuf, process::ExitCode};
+
+use clap::Args;
+use etendue::render::checkpoint::{Checkpoint, in_words};
+
+use super::{check_writable, outputs::Picture};
+
+/// Adds the samples of several checkpoints of one render.
+///
+/// They must be of the same scene, integrator, sampler and seed, with different samples, such as those that etendue render
+/// makes with --shard 1/4, --shard 2/4, ... The channels of the image are those of a single render with all these samples,
+/// to the last bit. The scene itself is not needed.
+#[derive(Debug, Args)]
+pub(crate) struct Merge {
+    /// Checkpoints, in any order.
+    #[arg(value_name = "FILE", required = true)]
+    files: Vec<PathBuf>,
+    /// The image to write.
+    #[arg(short, long, value_name = "OUT.exr", required_unless_present = "checkpoint")]
+    output: Option<PathBuf>,
+    /// Also keep the sums of all in a file, to go on from or to merge with others.
+    #[arg(long, value_name = "FILE")]
+    checkpoint: Option<PathBuf>,
+    /// Accept that samples are missing.
+    #[arg(long)]
+    partial: bool,
+    #[command(flatten)]
+    picture: Picture,
+}
+
+impl Merge {
+    pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
+        let merged = self.merged()?;
+        let missing = merged.record.missing();
+        anyhow::ensure!(
+            missing.is_empty() || self.partial,
+            "{} of {} are missing; give the checkpoints that have them, or --partial",
+            in_words(&missing),
+            merged.record.goal.map_or("those before the last".to_owned(), |goal| goal.to_string())
+        );
+        let outputs = self.output.as_deref().map(|exr| self.picture.beside(exr, &merged.film)).transpose()?;
+        if let Some(file) = &self.checkpoint {
+            check_writable(file)?;
+            outputs.iter().try_for_each(|outputs| outputs.are_not(file))?;
+            merged.record.write(file, &merged.film, &merged.memory)?;
+        }
+        if let Some(outputs) = outputs {
+            let mut image = merged.film.image();
+            image.attributes = merged.record.header();
+            outputs.write(&image)?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn merged(&self) -> anyhow::Result<Checkpoint> {
+        let (first, others) = self.files.split_first().expect("clap asks for one");
+        let mut merged = Checkpoint::read(first)?;
+        for file in others {
+            let added = merged.add(Checkpoint::read(file)?);
+            added.map_err(|what| anyhow::anyhow!("{}: {what}", file.display()))?;
+        }
+        Ok(merged)
+    }
+}

@@ -1,0 +1,75 @@
+//! The files of an image.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use etendue::film::{Film, Image, LayerSpec, exr, picture};
+
+use super::check_writable;
+
+/// The picture that can lie beside an image.
+#[derive(Debug, Args)]
+pub(super) struct Picture {
+    /// Also write a tone-mapped picture beside the image.
+    #[arg(long, requires = "output")]
+    png: bool,
+    /// Show this layer in the picture instead of the image, such as caustic or raw of a photon mapper.
+    #[arg(long, value_name = "NAME", requires = "png")]
+    layer: Option<String>,
+    /// The exposure of the picture in stops [default: automatic].
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, requires = "png", value_parser = stops)]
+    exposure: Option<f64>,
+}
+
+fn stops(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|stops: &f64| stops.is_finite()).ok_or_else(|| "write a number like -1.5".into())
+}
+
+/// The image, and the picture if there is one.
+pub(super) struct Outputs<'a> {
+    exr: &'a Path,
+    png: Option<PathBuf>,
+    picture: &'a Picture,
+}
+
+impl Picture {
+    /// The files of a film's image with this picture, which can be written as far as can be told before the work.
+    pub(super) fn beside<'a>(&'a self, exr: &'a Path, film: &Film) -> anyhow::Result<Outputs<'a>> {
+        let is_exr = exr.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
+        anyhow::ensure!(is_exr, "{}: images are OpenEXR files; give it a name that ends in .exr", exr.display());
+        if let Some(layer) = &self.layer {
+            let is_colour = |spec: &&LayerSpec| spec.channels == ["R", "G", "B"] && !spec.name.is_empty();
+            let names: Vec<_> = film.layers.iter().filter(is_colour).map(|spec| spec.name.as_str()).collect();
+            anyhow::ensure!(
+                names.contains(&layer.as_str()),
+                "--layer {layer}: the image has no such layer of colours; it has: {}",
+                if names.is_empty() { "none".into() } else { names.join(", ") }
+            );
+        }
+        let png = self.png.then(|| exr.with_extension("png"));
+        [exr].into_iter().chain(png.as_deref()).try_for_each(check_writable)?;
+        Ok(Outputs { exr, png, picture: self })
+    }
+}
+
+impl Outputs<'_> {
+    /// Makes sure that no other file is to be written to the same place.
+    pub(super) fn are_not(&self, other: &Path) -> anyhow::Result<()> {
+        let is_one = [self.exr].into_iter().chain(self.png.as_deref()).any(|file| file == other);
+        anyhow::ensure!(!is_one, "{}: is named twice; give the two files different names", other.display());
+        Ok(())
+    }
+
+    pub(super) fn write(&self, image: &Image) -> anyhow::Result<()> {
+        exr::write(self.exr, image)?;
+        if let Some(png) = &self.png {
+            let prefix = self.picture.layer.as_ref().map_or(String::new(), |layer| format!("{layer}."));
+            let names = ["R", "G", "B"].map(|channel| format!("{prefix}{channel}"));
+            let pixels = image.rgb(names.each_ref().map(String::as_str)).expect("outputs were checked");
+            let exposure = self.picture.exposure.unwrap_or_else(|| picture::automatic_exposure(&pixels));
+            let picture = picture::tone_mapped(image.crop.width, &pixels, exposure);
+            picture::write_png(png, &picture)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,109 @@
+use std::{
+    io::IsTerminal as _,
+    path::{Path, PathBuf},
+    process::ExitCode,
+    sync::atomic::{AtomicUsize, Ordering},
+};
+
+use anyhow::Context as _;
+use clap::Args;
+use etendue::study::{self, Plan, Run, evaluate, plan, run::Maker};
+use glob::Pattern;
+
+use super::{FAILED, say};
+
+/// Measures how errors fall: renders scenes by several methods and budgets with independent seeds, and fits the errors.
+///
+/// The study is a TOML file; assets/studies/README.md describes its form, and assets/studies has some. Each run is an image
+/// that a process of its own makes; runs that are there are not made again, so that a study that was stopped goes on. Rows
+/// are added to rows.jsonl and rows.csv as runs finish. At the end: cells (RMSE, variance and bias apart, with standard
+/// errors), fits.json, drawings in SVG, and the page index.html. Runs of Mitsuba are made by scripts/convergence.py.
+#[derive(Debug, Args)]
+pub(crate) struct Study {
+    /// The study.
+    #[arg(value_name = "STUDY.toml")]
+    file: PathBuf,
+    /// Where the results go [default: reports/studies/ and the file's stem].
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    /// Print a JSON line for each run that is missing, and make none.
+    #[arg(long, conflicts_with = "evaluate")]
+    plan: bool,
+    /// With --plan: also the runs that are there.
+    #[arg(long, requires = "plan")]
+    all: bool,
+    /// Make no runs; evaluate those that are there.
+    #[arg(long)]
+    evaluate: bool,
+    /// Only make runs of cells whose names match, such as 'box.path.*'; all that are there are evaluated.
+    #[arg(long, value_name = "GLOB", default_value = "*")]
+    only: String,
+    /// Runs at a time.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: u16,
+    /// Threads of each run [default: one per core, shared by the jobs]. Images do not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+}
+
+impl Study {
+    pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
+        let only = Pattern::new(&self.only).with_context(|| format!("--only {}", self.only))?;
+        let study = study::Study::read(&self.file)?;
+        let folder = self.out.clone().unwrap_or_else(|| Path::new("reports/studies").join(&study.name));
+        let plan = Plan::new(&study, &folder)?;
+        if self.plan {
+            return self.print(&plan, &only);
+        }
+        if !self.evaluate {
+            self.make(&study, &plan, &only)?;
+        }
+        let pool = super::threads(self.threads)?;
+        let evaluation = pool.install(|| evaluate::evaluate(&study, &plan, &self.command()))?;
+        evaluation.lines().into_iter().try_for_each(say)?;
+        if evaluation.missing > 0 {
+            super::warn(&[format!("{} runs are missing: `--plan` lists them", evaluation.missing)]);
+        }
+        say(evaluation.page.display())?;
+        Ok(if evaluation.passed() { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
+    }
+
+    fn print(&self, plan: &Plan, only: &Pattern) -> anyhow::Result<ExitCode> {
+        for run in plan.runs().filter(|run| only.matches(&run.cell)) {
+            if self.all || !run.is_made() {
+                say(serde_json::to_string(run)?)?;
+            }
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// Makes what is missing: the references first, for rows need them.
+    fn make(&self, study: &study::Study, all: &Plan, only: &Pattern) -> anyhow::Result<()> {
+        let is_wanted = |run: &&Run| run.arguments.is_some() && !run.is_made();
+        let missing: Vec<&Run> = all.runs().filter(is_wanted).collect();
+        let (references, others): (Vec<_>, Vec<_>) = missing.into_iter().partition(|run| run.method == plan::REFERENCE);
+        let others: Vec<_> = others.into_iter().filter(|run| only.matches(&run.cell)).collect();
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let jobs = usize::from(self.jobs);
+        let threads = self.threads.map_or_else(|| (cores / jobs).max(1), usize::from);
+        let maker = Maker { program: std::env::current_exe().context("cannot find this program")?, jobs, threads };
+        let (total, done) = (references.len() + others.len(), AtomicUsize::new(0));
+        let tell = |run: &Run| {
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            if std::io::stderr().is_terminal() {
+                eprintln!("{done} of {total}: {}, seed {}", run.cell, run.seed);
+            }
+            Ok(())
+        };
+        maker.make(&references, &tell)?;
+        let rows = evaluate::Rows::begin(study, all)?;
+        maker.make(&others, &|run| rows.add(run).and_then(|()| tell(run)))?;
+        Ok(())
+    }
+
+    /// The command that gives the same.
+    fn command(&self) -> String {
+        let out = self.out.as_ref().map_or(String::new(), |folder| format!(" --out {}", folder.display()));
+        format!("etendue study {}{out}", self.file.display())
+    }
+}

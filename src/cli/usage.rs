@@ -1,0 +1,46 @@
+//! What this process took so far.
+
+use std::time::Instant;
+
+use etendue::render::checkpoint::Cost;
+
+/// What was taken since a moment for the wall time, and since the process began for the rest.
+pub(super) fn since(start: Instant) -> Cost {
+    Cost { seconds: start.elapsed().as_secs_f64(), core_seconds: core_seconds(), peak_bytes: peak_bytes() }
+}
+
+#[cfg(unix)]
+fn core_seconds() -> f64 {
+    use nix::sys::{
+        resource::{UsageWho, getrusage},
+        time::TimeValLike as _,
+    };
+    let usage = getrusage(UsageWho::RUSAGE_SELF);
+    usage.map_or(0.0, |usage| (usage.user_time() + usage.system_time()).num_microseconds() as f64 * 1e-6)
+}
+
+/// The kernel's own account of this program. That of getrusage begins with the memory of whoever started it.
+#[cfg(target_os = "linux")]
+fn peak_bytes() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB")?.parse().ok());
+    peak.map_or(0, |kilobytes: u64| kilobytes * 1024)
+}
+
+#[cfg(all(unix, not(target_os = "linux")))]
+fn peak_bytes() -> u64 {
+    use nix::sys::resource::{UsageWho, getrusage};
+    // Apple counts bytes, others kilobytes.
+    let unit = if cfg!(target_vendor = "apple") { 1 } else { 1024 };
+    getrusage(UsageWho::RUSAGE_SELF).map_or(0, |usage| usage.max_rss().unsigned_abs() * unit)
+}
+
+#[cfg(not(unix))]
+fn core_seconds() -> f64 {
+    0.0
+}
+
+#[cfg(not(unix))]
+fn peak_bytes() -> u64 {
+    0
+}

@@ -1,0 +1,95 @@
+//! The sums of a film: added to those of other samples, and as bytes.
+
+use std::io::{self, Read, Write};
+
+use glam::DVec2;
+use serde::{Deserialize, Serialize};
+
+use super::{Crop, Film, LayerSpec, Source};
+use crate::stats::ExactMoments;
+
+/// A film without its sums.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Frame {
+    /// Which part of the whole film it is.
+    pub crop: Crop,
+    /// The whole film's width and height.
+    pub size: [f64; 2],
+    /// The layers, the beauty first.
+    pub layers: Vec<LayerSpec>,
+    /// Whether its image has variances.
+    pub has_variance: bool,
+}
+
+impl Frame {
+    /// The film without samples; None if there can be no such film.
+    #[must_use]
+    pub fn film(&self) -> Option<Film> {
+        let is_one = self.crop.width > 0 && self.crop.height > 0 && self.layers.first() == Some(&LayerSpec::beauty());
+        let film = || Film::new(self.crop, DVec2::from(self.size), self.layers.clone());
+        is_one.then(|| if self.has_variance { film() } else { film().without_variance() })
+    }
+
+    /// How many bytes the sums of such a film have, with or without splats; None if more than can be counted.
+    #[must_use]
+    pub fn bytes(&self, has_splats: bool) -> Option<u64> {
+        let sampled = self.layers.iter().filter(|layer| layer.source == Source::Sampled);
+        let channels = sampled.map(|layer| layer.channels.len() as u64).sum::<u64>() + if has_splats { 3 } else { 0 };
+        let pixels = u64::from(self.crop.width).checked_mul(u64::from(self.crop.height))?;
+        pixels.checked_mul(channels)?.checked_mul(ExactMoments::BYTES as u64)
+    }
+}
+
+impl Film {
+    /// What it is besides its sums.
+    #[must_use]
+    pub fn frame(&self) -> Frame {
+        let (crop, size) = (self.crop, self.size.to_array());
+        Frame { crop, size, layers: self.layers.clone(), has_variance: self.has_variance }
+    }
+
+    /// Whether light paths left anything.
+    #[must_use]
+    pub fn has_splats(&self) -> bool {
+        !self.splats.is_empty()
+    }
+
+    /// Adds all samples of another film of the same frame.
+    pub fn merge(&mut self, other: &Self) {
+        self.add(0, 0, &other.pixels);
+        if other.has_splats() {
+            self.add_splats(&other.splats);
+        }
+    }
+
+    /// Whether each pixel has so many samples.
+    #[must_use]
+    pub fn has_samples(&self, count: u64) -> bool {
+        self.pixels.moments.iter().all(|moments| moments.n() == count)
+    }
+
+    /// Writes all sums: for each pixel, row by row, those of its sampled channels; then those of splats, if there are any.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn write_sums(&self, to: &mut impl Write) -> io::Result<()> {
+        let sums = self.pixels.moments.iter().chain(self.splats.iter().flatten());
+        sums.map(ExactMoments::to_bytes).try_for_each(|bytes| to.write_all(&bytes))
+    }
+
+    /// Reads what [`Film::write_sums`] wrote into a film without samples.
+    ///
+    /// # Errors
+    /// Those of the reader.
+    pub fn read_sums(&mut self, from: &mut impl Read, has_splats: bool) -> io::Result<()> {
+        if has_splats {
+            self.splats = vec![Default::default(); self.pixels.moments.len() / self.pixels.stride];
+        }
+        let mut bytes = [0; ExactMoments::BYTES];
+        for moments in self.pixels.moments.iter_mut().chain(self.splats.iter_mut().flatten()) {
+            from.read_exact(&mut bytes)?;
+            *moments = ExactMoments::from_bytes(&bytes);
+        }
+        Ok(())
+    }
+}

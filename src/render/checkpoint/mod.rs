@@ -1,0 +1,214 @@
+//! A render as far as it is: its exact sums, which samples are in them, and of what.
+
+mod draft;
+mod file;
+
+use std::fmt::Write as _;
+
+use rangemap::RangeSet;
+use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
+
+use super::{Pass, Renderer, drive::count};
+use crate::{
+    film::{Film, Frame},
+    integrator::{Integrator, Overrides},
+    node::{Document, SceneError},
+    provenance,
+    sampler::{Model as _, Sampler},
+};
+
+/// All that the samples of a render are a function of, besides their numbers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Identity {
+    /// The program.
+    pub version: String,
+    /// The hash of the scene's files.
+    pub scene_sha256: String,
+    /// What `$parameters` were set to.
+    pub definitions: Vec<(String, String)>,
+    /// The integrator with its parameters.
+    pub integrator: String,
+    /// The sampler with its parameters.
+    pub sampler: String,
+    /// How many samples a pixel gets in all, if its samples depend on it.
+    pub samples: Option<u32>,
+    /// The seed.
+    pub seed: u64,
+    /// The number of the pass.
+    pub pass: u64,
+    /// The film.
+    pub frame: Frame,
+}
+
+impl Identity {
+    /// Of a pass of a document's scene. `definitions` are what its `$parameters` were set to, `overrides` what was changed
+    /// of its integrator.
+    ///
+    /// # Errors
+    /// If a file of the scene cannot be read any more.
+    pub fn new(
+        document: &Document,
+        definitions: &[(String, String)],
+        overrides: &Overrides,
+        renderer: &Renderer,
+        pass: Pass,
+    ) -> Result<Self, SceneError> {
+        let unread = |error| SceneError::nowhere(format!("a file of the scene cannot be read any more: {error}"));
+        let is_open_ended = renderer.scene.sensor.sampler.is_open_ended();
+        Ok(Self {
+            version: provenance::version(),
+            scene_sha256: provenance::scene_hash(document).map_err(unread)?,
+            definitions: definitions.to_vec(),
+            integrator: Integrator::described(document, overrides)?,
+            sampler: Sampler::described(document),
+            samples: (!is_open_ended).then_some(pass.samples),
+            seed: pass.seed,
+            pass: pass.number,
+            frame: renderer.film().frame(),
+        })
+    }
+
+    /// What makes another one's samples those of another render; None if nothing does.
+    #[must_use]
+    pub fn difference(&self, other: &Self) -> Option<String> {
+        let (own, others) = (self.aspects(), other.aspects());
+        let different = own.into_iter().zip(others).find(|(own, other)| own != other);
+        different.map(|((what, own), (_, other))| format!("another {what}: \"{other}\" instead of \"{own}\""))
+    }
+
+    /// All of it, with names.
+    fn aspects(&self) -> [(&'static str, String); 9] {
+        let definitions: Vec<_> = self.definitions.iter().map(|(name, value)| format!("-D {name}={value}")).collect();
+        let crop = self.frame.crop;
+        let mut frame = format!("{} x {} from {},{} of {:?}", crop.width, crop.height, crop.x, crop.y, self.frame.size);
+        for layer in &self.frame.layers {
+            // Writing to a string cannot fail.
+            let _ = write!(frame, ", {}[{}] {:?}", layer.name, layer.channels.join(","), layer.source);
+        }
+        let _ = write!(frame, ", variance: {}", self.frame.has_variance);
+        [
+            ("version of this program", self.version.clone()),
+            ("scene (SHA-256 of its files)", self.scene_sha256.clone()),
+            ("value of the scene's parameters", definitions.join(" ")),
+            ("integrator", self.integrator.clone()),
+            ("sampler", self.sampler.clone()),
+            ("number of samples, on which its sampler depends", self.samples.map_or("any".into(), |n| n.to_string())),
+            ("seed", self.seed.to_string()),
+            ("pass", self.pass.to_string()),
+            ("film", frame),
+        ]
+    }
+}
+
+/// What a render took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Cost {
+    /// Wall time.
+    pub seconds: f64,
+    /// Time of all cores, the system's for it too; 0 where it is not known.
+    pub core_seconds: f64,
+    /// The most memory that was resident, in bytes; 0 where it is not known.
+    pub peak_bytes: u64,
+}
+
+impl Cost {
+    /// Of both, one after the other.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            seconds: self.seconds + other.seconds,
+            core_seconds: self.core_seconds + other.core_seconds,
+            peak_bytes: self.peak_bytes.max(other.peak_bytes),
+        }
+    }
+}
+
+/// A checkpoint without its sums.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// What is rendered.
+    pub identity: Identity,
+    /// What the header of its image says besides samples and cost: names and texts.
+    pub attributes: Vec<(String, String)>,
+    /// How many samples of each pixel there will be when it is complete, if that is known.
+    pub goal: Option<u32>,
+    /// Which samples of each pixel are taken.
+    #[serde(deserialize_with = "ranges")]
+    pub taken: RangeSet<u32>,
+    /// What they took.
+    pub cost: Cost,
+}
+
+/// The crate's own reader panics at ranges that are none.
+fn ranges<'de, D: Deserializer<'de>>(from: D) -> Result<RangeSet<u32>, D::Error> {
+    let pairs: Vec<(u32, u32)> = Vec::deserialize(from)?;
+    if let Some((start, end)) = pairs.iter().find(|(start, end)| start >= end) {
+        return Err(D::Error::custom(format!("from {start} to {end} is no range of samples")));
+    }
+    Ok(pairs.into_iter().map(|(start, end)| start..end).collect())
+}
+
+/// A render as far as it is.
+#[derive(Clone, Debug)]
+pub struct Checkpoint {
+    /// What it is of.
+    pub record: Record,
+    /// The sums of the samples that are taken.
+    pub film: Film,
+    /// What [`super::Rendering::memory`] gave.
+    pub memory: Vec<f64>,
+}
+
+impl Record {
+    /// All that the header of the image says.
+    #[must_use]
+    pub fn header(&self) -> Vec<(String, String)> {
+        let Cost { seconds, core_seconds, peak_bytes } = self.cost;
+        let measured = [
+            ("etendue.spp", count(&self.taken).to_string()),
+            ("etendue.seconds", format!("{seconds:.3}")),
+            ("etendue.core_seconds", format!("{core_seconds:.3}")),
+            ("etendue.peak_bytes", peak_bytes.to_string()),
+        ];
+        self.attributes.iter().cloned().chain(measured.map(|(name, value)| (name.to_owned(), value))).collect()
+    }
+
+    /// The samples before its goal that are not taken; without a goal, before the last that is.
+    #[must_use]
+    pub fn missing(&self) -> Vec<std::ops::Range<u32>> {
+        let end = self.goal.or_else(|| self.taken.last().map(|range| range.end)).unwrap_or(0);
+        self.taken.gaps(&(0..end)).collect()
+    }
+}
+
+impl Checkpoint {
+    /// Adds the samples of another checkpoint of the same render.
+    ///
+    /// # Errors
+    /// If it is of another one, or has samples that are here already; what it is of, or has.
+    pub fn add(&mut self, other: Self) -> Result<(), String> {
+        if let Some(difference) = self.record.identity.difference(&other.record.identity) {
+            return Err(format!("is of {difference}"));
+        }
+        if let Some(twice) = other.record.taken.iter().find(|range| self.record.taken.overlaps(range)) {
+            return Err(format!("has samples that are there already: it has {}", in_words(&[twice.clone()])));
+        }
+        if !self.memory.is_empty() || !other.memory.is_empty() {
+            return Err(
+                "is of an integrator each sample of which follows from those before, which is in one piece".into()
+            );
+        }
+        self.record.taken.extend(other.record.taken);
+        self.record.goal = self.record.goal.max(other.record.goal);
+        self.record.cost = self.record.cost.and(other.record.cost);
+        self.film.merge(&other.film);
+        Ok(())
+    }
+}
+
+/// Ranges of samples as text: first and last numbers.
+#[must_use]
+pub fn in_words(ranges: &[std::ops::Range<u32>]) -> String {
+    let ranges: Vec<_> = ranges.iter().map(|range| format!("{} to {}", range.start, range.end - 1)).collect();
+    format!("samples {}", ranges.join(", "))
+}

@@ -1,0 +1,179 @@
+//! A render in slices of time, between which it can be kept and can end.
+
+use std::{
+    ops::Range,
+    sync::atomic::{AtomicBool, Ordering},
+    time::{Duration, Instant},
+};
+
+use rangemap::RangeSet;
+
+use super::Rendering;
+
+/// Which samples to take, when to end before all are taken, and how often they are kept. Nothing of it changes a bit of
+/// the sums of the samples that are taken.
+#[derive(Debug)]
+pub struct Plan<'a> {
+    /// The samples of each pixel to take, in order.
+    pub ranges: Vec<Range<u32>>,
+    /// When the work began.
+    pub start: Instant,
+    /// End when so much time has passed since.
+    pub time: Option<Duration>,
+    /// End when [`crate::film::Film::relative_error`] is below.
+    pub target_error: Option<f64>,
+    /// End when it becomes true.
+    pub interrupted: &'a AtomicBool,
+    /// The time from one keeping to the next.
+    pub every: Duration,
+}
+
+/// Why a render ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// All samples were taken.
+    Complete,
+    /// The time was up.
+    Time,
+    /// The error is small enough.
+    Error,
+    /// Somebody interrupted it.
+    Interrupted,
+}
+
+/// About so long a slice takes.
+const SLICE: Duration = Duration::from_millis(500);
+/// With fewer samples of each pixel their scatter tells too little.
+const FEWEST: u64 = 16;
+
+/// Renders what is planned, at least one sample of each pixel if any is. `taken` are the samples in the film, to which those
+/// that are taken are added. `keep` is called with both when it is time to keep them.
+pub fn drive(
+    rendering: &mut Rendering<'_>,
+    taken: &mut RangeSet<u32>,
+    plan: &Plan<'_>,
+    progress: &(dyn Fn(u64) + Sync),
+    keep: &mut dyn FnMut(&Rendering<'_>, &RangeSet<u32>),
+) -> End {
+    let mut pace = Pace::new(plan.every.min(SLICE));
+    let mut kept = plan.start;
+    let mut has_begun = false;
+    for range in &plan.ranges {
+        rendering.go_to(range.start);
+        while rendering.next() < range.end {
+            let count = count(taken);
+            if let Some(target) = plan.target_error
+                && is_looked_at(count)
+                && rendering.film().relative_error() < target
+            {
+                return End::Error;
+            }
+            if has_begun && plan.interrupted.load(Ordering::Relaxed) {
+                return End::Interrupted;
+            }
+            if has_begun && plan.time.is_some_and(|time| plan.start.elapsed() >= time) {
+                return End::Time;
+            }
+            let from = rendering.next();
+            let most = plan.target_error.map_or(u32::MAX, |_| until_looked_at(count));
+            let rest = plan.time.map(|time| time.saturating_sub(plan.start.elapsed()));
+            pace.slice(rendering, pace.samples(rest).min(range.end - from).min(most), progress);
+            taken.insert(from..rendering.next());
+            has_begun = true;
+            if kept.elapsed() >= plan.every {
+                keep(rendering, taken);
+                kept = Instant::now();
+            }
+        }
+    }
+    End::Complete
+}
+
+/// How many samples there are.
+#[must_use]
+pub fn count(samples: &RangeSet<u32>) -> u64 {
+    samples.iter().map(|range| u64::from(range.end - range.start)).sum()
+}
+
+/// After how many samples the error is looked at: after each sixteenth more. It depends on nothing else, so that the
+/// samples that are taken depend neither on the machine nor on interruptions.
+fn is_looked_at(count: u64) -> bool {
+    count >= FEWEST && count.is_multiple_of(stride(count))
+}
+
+/// How many more samples there are until it is looked at again.
+fn until_looked_at(count: u64) -> u32 {
+    let next = if count < FEWEST { FEWEST } else { count - count % stride(count) + stride(count) };
+    u32::try_from(next - count).unwrap_or(u32::MAX)
+}
+
+/// A power of two, between a sixteenth and half a sixteenth of a number of at least 16.
+fn stride(count: u64) -> u64 {
+    1 << (count / 16).ilog2()
+}
+
+/// How many samples go into a slice.
+struct Pace {
+    /// How long one should take.
+    wanted: Duration,
+    /// What a sample of all pixels took the last time.
+    seconds: Option<f64>,
+    /// How many the last slice had.
+    last: u32,
+}
+
+impl Pace {
+    fn new(wanted: Duration) -> Self {
+        Self { wanted, seconds: None, last: 0 }
+    }
+
+    /// As many as fit, and into the rest of the time if that is short: one at first, then not many times more than before.
+    fn samples(&self, rest: Option<Duration>) -> u32 {
+        let Some(seconds) = self.seconds else { return 1 };
+        let time = self.wanted.min(rest.unwrap_or(self.wanted)).as_secs_f64();
+        // The cast saturates.
+        ((time / seconds) as u32).clamp(1, self.last.saturating_mul(8))
+    }
+
+    fn slice(&mut self, rendering: &mut Rendering<'_>, samples: u32, progress: &(dyn Fn(u64) + Sync)) {
+        let start = Instant::now();
+        rendering.advance(samples, progress);
+        self.seconds = Some(start.elapsed().as_secs_f64() / f64::from(samples));
+        self.last = samples;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_looked_at_every_sixteenth_at_the_latest_and_wherever_one_begins() {
+        let looked: Vec<u64> = (0..5000).filter(|&count| is_looked_at(count)).collect();
+        assert_eq!(looked[0], FEWEST);
+        for pair in looked.windows(2) {
+            assert!(16 * (pair[1] - pair[0]) <= pair[0], "{pair:?}");
+            for count in pair[0]..pair[1] {
+                assert_eq!(count + u64::from(until_looked_at(count)), pair[1]);
+            }
+        }
+        assert!(looked.len() < 300, "it is looked at {} times", looked.len());
+        assert_eq!(until_looked_at(3), 13);
+    }
+
+    #[test]
+    fn slices_grow_to_what_fits_and_shrink_to_the_rest() {
+        let second = Duration::from_secs(1);
+        let mut pace = Pace::new(second);
+        assert_eq!(pace.samples(None), 1);
+        (pace.seconds, pace.last) = (Some(0.01), 1);
+        assert_eq!(pace.samples(None), 8);
+        pace.last = 80;
+        assert_eq!(
+            (pace.samples(None), pace.samples(Some(second / 4)), pace.samples(Some(Duration::ZERO))),
+            (100, 25, 1)
+        );
+        pace.seconds = Some(0.0);
+        assert_eq!(pace.samples(None), 640);
+    }
+}

@@ -1,0 +1,365 @@
+//! A power law through measurements: the straight line of ln y over ln x, with the uncertainty of its slope.
+//!
+//! Weighted least squares with known standard errors, Press et al. 2007, "Numerical Recipes", section 15.2: the weights are
+//! 1/var(ln y) = (y/se)², the covariance is (AᵀWA)⁻¹ as it stands. It is not scaled by the residuals: they are tested instead,
+//! because a curve that is no line would hide in a wider interval.
+//!
+//! Standard errors are themselves estimates, of few degrees of freedom each when they come from few runs. So the interval
+//! takes Student's t with the degrees of freedom of Welch and Satterthwaite, and a residual over its error, which is t, is
+//! taken to the normal of the same tail probability before it is squared: Alexander and Govern 1994, "A New and Simpler
+//! Approximation for ANOVA Under Variance Heterogeneity". Infinite degrees of freedom leave the textbook's formulas.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Chi2, float, multiple, normal, student};
+
+/// The chance that an interval does not hold the truth, where no other is said.
+pub const OUTSIDE: f64 = 0.05;
+
+/// What is asked of a fit that is to bear out a prediction.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Demand {
+    /// The chance that the interval misses a slope that is right.
+    pub outside: f64,
+    /// The interval must reach less than this to either side, or it decides nothing.
+    pub widest: f64,
+    /// The residuals are too large if their p is not above this.
+    pub level: f64,
+}
+
+impl Default for Demand {
+    fn default() -> Self {
+        Self { outside: OUTSIDE, widest: 0.03, level: 0.01 }
+    }
+}
+
+impl Demand {
+    /// The same, shared by so many predictions: if all are right, the chances that any fails stay what they are for one
+    /// (Šidák 1967). Intervals become wider by that, and have to be narrow enough all the same.
+    #[must_use]
+    pub fn shared(self, predictions: usize) -> Self {
+        let each = |alpha| multiple::sidak_level(alpha, predictions.max(1));
+        Self { outside: each(self.outside), level: each(self.level), ..self }
+    }
+}
+
+/// A measured point of a curve.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    /// Where.
+    pub x: f64,
+    /// What was found there.
+    pub y: f64,
+    /// The standard error of y.
+    pub std_error: f64,
+    /// The degrees of freedom of the standard error; infinite if it is known.
+    #[serde(with = "float")]
+    pub dof: f64,
+}
+
+/// A straight line of ln y over ln x.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Slope {
+    /// d ln y / d ln x.
+    pub slope: f64,
+    /// Its standard error.
+    pub std_error: f64,
+    /// Half the width of its 95 % interval.
+    pub half_width: f64,
+    /// Where the line has its anchor: the weighted mean of ln x, at which slope and level are independent.
+    pub anchor: f64,
+    /// ln y there.
+    pub level: f64,
+    /// The standard error of the level.
+    pub level_error: f64,
+    /// The degrees of freedom of the interval.
+    #[serde(with = "float")]
+    pub dof: f64,
+    /// How many points there are.
+    pub points: usize,
+    /// Whether the scatter about the line is that of the errors; None where errors are not known.
+    pub residuals: Option<Chi2>,
+}
+
+impl Slope {
+    /// The line through points with known or estimated standard errors.
+    ///
+    /// `None` below three points, if all x are the same, or if a value is not above 0 and finite: it has no logarithm, or
+    /// no weight.
+    #[must_use]
+    pub fn weighted(points: &[Point]) -> Option<Self> {
+        let positive = |x: f64| x > 0.0 && x.is_finite();
+        let sound = |p: &Point| [p.x, p.y, p.std_error].into_iter().all(positive) && p.dof > 0.0;
+        if points.len() < 3 || !points.iter().all(sound) {
+            return None;
+        }
+        let error = |p: &Point| p.std_error / p.y;
+        let line = Line::through(points.iter().map(|p| (p.x.ln(), p.y.ln(), error(p).powi(-2))))?;
+        let std_error = line.spread.recip().sqrt();
+        // The slope is a weighted sum of the ln y; each term's share of its variance counts for the degrees of freedom.
+        let share = |p: &Point| (p.x.ln() - line.anchor).powi(2) * error(p).powi(-2) / line.spread;
+        let dof = points.iter().map(|p| share(p).powi(2) / p.dof).sum::<f64>().recip();
+        let residual = |p: &Point| standard((p.y.ln() - line.at(p.x.ln())) / error(p), p.dof);
+        let z: Vec<f64> = points.iter().map(residual).collect();
+        Some(Self {
+            slope: line.slope,
+            std_error,
+            half_width: std_error * student::two_sided_t(OUTSIDE, dof),
+            anchor: line.anchor,
+            level: line.level,
+            level_error: line.weight.recip().sqrt(),
+            dof,
+            points: points.len(),
+            residuals: Some(scatter(&z, 2)),
+        })
+    }
+
+    /// The line through points of equal, unknown scatter about it, which is found from the residuals with two degrees of
+    /// freedom less than there are points.
+    ///
+    /// `None` below three points, if all x are the same, or if a value is not above 0 and finite.
+    #[must_use]
+    pub fn unweighted(points: &[(f64, f64)]) -> Option<Self> {
+        let positive = |x: f64| x > 0.0 && x.is_finite();
+        if points.len() < 3 || !points.iter().all(|p| positive(p.0) && positive(p.1)) {
+            return None;
+        }
+        let line = Line::through(points.iter().map(|p| (p.0.ln(), p.1.ln(), 1.0)))?;
+        let dof = (points.len() - 2) as f64;
+        let variance = points.iter().map(|p| (p.1.ln() - line.at(p.0.ln())).powi(2)).sum::<f64>() / dof;
+        let std_error = (variance / line.spread).sqrt();
+        Some(Self {
+            slope: line.slope,
+            std_error,
+            half_width: std_error * student::two_sided_t(OUTSIDE, dof),
+            anchor: line.anchor,
+            level: line.level,
+            level_error: (variance / line.weight).sqrt(),
+            dof,
+            points: points.len(),
+            residuals: None,
+        })
+    }
+
+    /// The 95 % interval of the slope.
+    #[must_use]
+    pub fn interval(&self) -> [f64; 2] {
+        [self.slope - self.half_width, self.slope + self.half_width]
+    }
+
+    /// The line's y at an x above 0.
+    #[must_use]
+    pub fn at(&self, x: f64) -> f64 {
+        (self.level + self.slope * (x.ln() - self.anchor)).exp()
+    }
+
+    /// The standard error of ln y at an x above 0.
+    #[must_use]
+    pub fn log_error(&self, x: f64) -> f64 {
+        self.level_error.hypot(self.std_error * (x.ln() - self.anchor))
+    }
+
+    /// Half the width of the interval that misses the truth with such a chance.
+    #[must_use]
+    pub fn half_width(&self, outside: f64) -> f64 {
+        self.std_error * student::two_sided_t(outside, self.dof)
+    }
+
+    /// Whether the points are a line of the slope that is predicted: it lies in the interval, the interval is narrow enough
+    /// to tell, and the residuals are no larger than their errors make them.
+    #[must_use]
+    pub fn holds(&self, predicted: f64, demand: &Demand) -> bool {
+        let half_width = self.half_width(demand.outside);
+        (self.slope - predicted).abs() <= half_width && half_width < demand.widest && self.is_straight(demand.level)
+    }
+
+    /// Whether nothing speaks against a straight line at the level; never if the errors are not known.
+    #[must_use]
+    pub fn is_straight(&self, level: f64) -> bool {
+        self.residuals.is_some_and(|chi2| chi2.p > level)
+    }
+}
+
+/// A straight line through weighted points, in the form whose two parameters are independent.
+struct Line {
+    slope: f64,
+    anchor: f64,
+    level: f64,
+    /// The sum of the weights, the inverse variance of the level.
+    weight: f64,
+    /// The weighted sum of squares of x about the anchor, the inverse variance of the slope.
+    spread: f64,
+}
+
+impl Line {
+    fn through(points: impl Iterator<Item = (f64, f64, f64)> + Clone) -> Option<Self> {
+        let sum = |term: &dyn Fn((f64, f64, f64)) -> f64| points.clone().map(term).sum::<f64>();
+        let weight = sum(&|(_, _, w)| w);
+        let anchor = sum(&|(x, _, w)| w * x) / weight;
+        let level = sum(&|(_, y, w)| w * y) / weight;
+        let spread = sum(&|(x, _, w)| w * (x - anchor).powi(2));
+        let slope = sum(&|(x, y, w)| w * (x - anchor) * (y - level)) / spread;
+        (spread > 0.0 && slope.is_finite()).then_some(Self { slope, anchor, level, weight, spread })
+    }
+
+    fn at(&self, x: f64) -> f64 {
+        self.level + self.slope * (x - self.anchor)
+    }
+}
+
+/// Takes a t to the normal of the same tail.
+pub(super) fn standard(t: f64, dof: f64) -> f64 {
+    if dof.is_infinite() { t } else { normal::two_sided_z(student::two_sided_p(t, dof)).copysign(t) }
+}
+
+/// The test that standard residuals have left so many degrees of freedom to a fit.
+pub(super) fn scatter(z: &[f64], parameters: usize) -> Chi2 {
+    Chi2::of_squares(z.iter().map(|z| z * z).sum(), z.len().saturating_sub(parameters))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::{super::Moments, super::draws::Draws, *};
+
+    fn known(x: f64, y: f64, std_error: f64) -> Point {
+        Point { x, y, std_error, dof: f64::INFINITY }
+    }
+
+    #[test]
+    fn agrees_with_a_textbook() {
+        // scipy 1.17.1: curve_fit(lambda x, a, b: a + b * x, log(x), log(y), sigma=se / y, absolute_sigma=True).
+        let points = [known(1.0, 2.0, 0.1), known(2.0, 1.5, 0.06), known(4.0, 0.9, 0.05), known(8.0, 0.75, 0.02)];
+        let fit = Slope::weighted(&points).unwrap();
+        assert!((fit.slope + 0.481_488_851_748_976_9).abs() < 1e-13, "{fit:?}");
+        assert!((fit.std_error - 0.023_941_650_930_118_93).abs() < 1e-13, "{fit:?}");
+        assert!((fit.at(1.0).ln() - 0.698_599_396_384_100_8).abs() < 1e-13, "{fit:?}");
+        assert!((fit.log_error(1.0) - 0.038_171_291_213_752_394).abs() < 1e-13, "{fit:?}");
+        let chi2 = fit.residuals.unwrap();
+        assert!((chi2.statistic - 7.391_296_109_302_311).abs() < 1e-11, "{fit:?}");
+        assert_eq!((chi2.dof, fit.dof), (2.0, f64::INFINITY));
+        assert!((fit.half_width / fit.std_error - 1.959_963_984_540_054).abs() < 1e-9);
+    }
+
+    #[test]
+    fn predictions_share_the_chance_to_fail() {
+        let shared = Demand::default().shared(5);
+        assert!(((1.0 - shared.outside).powi(5) - 0.95).abs() < 1e-12);
+        assert!(((1.0 - shared.level).powi(5) - 0.99).abs() < 1e-12);
+        let points = [1.0, 8.0, 64.0].map(|x: f64| known(x, x.powf(-0.5), 0.01 * x.powf(-0.5)));
+        let fit = Slope::weighted(&points).unwrap();
+        let beside = -0.5 + 1.1 * fit.half_width;
+        assert!(!fit.holds(beside, &Demand::default()) && fit.holds(beside, &shared), "{fit:?}");
+    }
+
+    #[test]
+    fn without_errors_the_scatter_tells() {
+        // Anscombe 1973, "Graphs in Statistical Analysis", first set, as logarithms: slope 0.5001, its error 0.1179,
+        // intercept 3.0001 with 9 degrees of freedom.
+        let x = [10.0, 8.0, 13.0, 9.0, 11.0, 14.0, 6.0, 4.0, 12.0, 7.0, 5.0];
+        let y = [8.04, 6.95, 7.58, 8.81, 8.33, 9.96, 7.24, 4.26, 10.84, 4.82, 5.68];
+        let points: Vec<_> = x.iter().zip(y).map(|(x, y): (&f64, f64)| (x.exp(), y.exp())).collect();
+        let fit = Slope::unweighted(&points).unwrap();
+        assert!((fit.slope - 0.500_1).abs() < 5e-5 && (fit.std_error - 0.117_9).abs() < 5e-5, "{fit:?}");
+        assert!((fit.at(1.0).ln() - 3.000_1).abs() < 5e-5 && fit.dof == 9.0, "{fit:?}");
+        assert!((fit.half_width / fit.std_error - 2.262_157_162_8).abs() < 1e-9, "{fit:?}");
+        assert!(fit.residuals.is_none() && !fit.is_straight(0.01));
+    }
+
+    #[test]
+    fn what_has_no_logarithm_has_no_line() {
+        let good = [known(1.0, 1.0, 0.1), known(2.0, 0.5, 0.1), known(4.0, 0.3, 0.1)];
+        assert!(Slope::weighted(&good).is_some() && Slope::weighted(&good[1..]).is_none());
+        let same = good.map(|p| Point { x: 2.0, ..p });
+        assert!(Slope::weighted(&same).is_none() && Slope::unweighted(&same.map(|p| (p.x, p.y))).is_none());
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            for broken in [Point { x: bad, ..good[0] }, Point { y: bad, ..good[0] }, Point { std_error: bad, ..good[0] }] {
+                assert!(Slope::weighted(&[broken, good[1], good[2]]).is_none(), "{broken:?}");
+            }
+        }
+    }
+
+    /// Points of the law y = 3 x^-½ with relative errors that differ by four, each the mean of so many draws; known errors if
+    /// there are none.
+    fn simulated(draws: &mut Draws, seeds: Option<u32>, bend: f64) -> Vec<Point> {
+        let law = |x: f64| 3.0 * x.powf(-0.5) * (1.0 + bend * x.ln());
+        let point = |(i, x): (usize, f64)| {
+            let scatter = 0.01 * law(x) * (1 + i % 4) as f64;
+            let Some(seeds) = seeds else { return known(x, law(x) + scatter * draws.normal(), scatter) };
+            let runs = (0..seeds).map(|_| law(x) + scatter * f64::from(seeds).sqrt() * draws.normal());
+            let runs: Moments = runs.collect();
+            Point { x, y: runs.mean, std_error: runs.std_error().unwrap(), dof: f64::from(seeds - 1) }
+        };
+        [1.0, 4.0, 16.0, 64.0, 256.0, 1024.0].into_iter().enumerate().map(point).collect()
+    }
+
+    /// The shares of fits whose interval misses the slope, whose residuals are refused at 5 %, and that do not hold.
+    fn failures(seeds: Option<u32>, bend: f64, trials: u32) -> [f64; 3] {
+        let mut draws = Draws::new(11);
+        let mut count = [0.0; 3];
+        for _ in 0..trials {
+            let fit = Slope::weighted(&simulated(&mut draws, seeds, bend)).unwrap();
+            let missed = (fit.slope + 0.5).abs() > fit.half_width;
+            let failed = [missed, !fit.is_straight(0.05), !fit.holds(-0.5, &Demand::default())];
+            for (count, failed) in count.iter_mut().zip(failed) {
+                *count += f64::from(failed) / f64::from(trials);
+            }
+        }
+        count
+    }
+
+    #[test]
+    fn intervals_and_residuals_keep_their_levels() {
+        // Four standard errors of a share of 5 % of 6,000.
+        let margin = 4.0 * (0.05 * 0.95 / 6000.0_f64).sqrt();
+        let [missed, bent, _] = failures(None, 0.0, 6000);
+        assert!((missed - 0.05).abs() < margin && (bent - 0.05).abs() < margin, "{missed}, {bent}");
+    }
+
+    #[test]
+    fn errors_from_sixteen_runs_nearly_keep_them_too() {
+        // Weights that are estimated cost a little: at most three points of coverage, which is what the studies are told.
+        let [missed, bent, _] = failures(Some(16), 0.0, 6000);
+        assert!((0.04..0.08).contains(&missed) && (0.03..0.08).contains(&bent), "{missed}, {bent}");
+    }
+
+    #[test]
+    fn a_curve_is_no_line() {
+        let [_, bent, failed] = failures(None, 0.05, 400);
+        assert!(bent > 0.99 && failed > 0.99, "{bent}, {failed}");
+    }
+
+    #[test]
+    fn a_wide_interval_decides_nothing() {
+        let points = [1.0, 2.0, 4.0].map(|x: f64| known(x, x.powf(-0.5), 0.1));
+        let fit = Slope::weighted(&points).unwrap();
+        let demand = Demand::default();
+        assert!(fit.half_width > demand.widest && !fit.holds(-0.5, &demand), "{fit:?}");
+        assert!(fit.holds(-0.5, &Demand { widest: 1.0, ..demand }), "{fit:?}");
+    }
+
+    proptest! {
+        #[test]
+        fn units_do_not_matter(slope in -2.0..2.0_f64, scale in 1e-6..1e6_f64, unit in 1e-6..1e6_f64, noise in prop::collection::vec(-1.0..1.0, 5)) {
+            let law = |(i, noise): (usize, &f64)| {
+                let x = 2_f64.powi(i as i32);
+                known(x, x.powf(slope) * (1.0 + 0.1 * noise), 0.05 * x.powf(slope))
+            };
+            let points: Vec<Point> = noise.iter().enumerate().map(law).collect();
+            let scaled: Vec<Point> = points.iter().map(|p| known(p.x * unit, p.y * scale, p.std_error * scale)).collect();
+            let (fit, other) = (Slope::weighted(&points).unwrap(), Slope::weighted(&scaled).unwrap());
+            prop_assert!((fit.slope - other.slope).abs() < 1e-9 && (fit.std_error - other.std_error).abs() < 1e-9);
+            prop_assert!((fit.residuals.unwrap().statistic - other.residuals.unwrap().statistic).abs() < 1e-6);
+        }
+
+        #[test]
+        fn exact_laws_are_found(slope in -2.0..2.0_f64, level in 1e-3..1e3_f64) {
+            let points = [1.0, 3.0, 10.0, 40.0].map(|x: f64| known(x, level * x.powf(slope), 0.01 * level * x.powf(slope)));
+            let fit = Slope::weighted(&points).unwrap();
+            prop_assert!((fit.slope - slope).abs() < 1e-12 && (fit.at(7.0) / (level * 7_f64.powf(slope)) - 1.0).abs() < 1e-10);
+            let free = Slope::unweighted(&points.map(|p| (p.x, p.y))).unwrap();
+            prop_assert!((free.slope - slope).abs() < 1e-12 && free.half_width < 1e-9);
+        }
+    }
+}

@@ -1,0 +1,199 @@
+//! From the images that are there to rows, cells, fits, drawings and the page.
+
+use std::{collections::BTreeMap, path::PathBuf};
+
+use rayon::prelude::*;
+
+use super::{
+    Plan, Run, Study, StudyError,
+    contest::{self, Contest},
+    fits::{self, Fit},
+    measures::Measures,
+    page,
+    plan::Cell,
+    record::{self, Record},
+    spread::{Spread, Uncertain},
+    tables::{self, CellFound, Made},
+    truth::{Picture, Target, Truth},
+};
+use crate::{
+    film::exr::{self, FileError, write_whole},
+    provenance,
+};
+
+/// What a study has found.
+#[derive(Debug)]
+pub struct Evaluation {
+    pub(super) cells: Vec<CellFound>,
+    pub(super) fits: Vec<Fit>,
+    pub(super) contests: Vec<Contest>,
+    /// Runs that are not there.
+    pub missing: usize,
+    /// The page.
+    pub page: PathBuf,
+}
+
+impl Evaluation {
+    /// A line for each fit and each comparison.
+    #[must_use]
+    pub fn lines(&self) -> Vec<String> {
+        self.fits.iter().map(Fit::line).chain(self.contests.iter().map(Contest::line)).collect()
+    }
+
+    /// Whether everything holds that the study predicts.
+    #[must_use]
+    pub fn passed(&self) -> bool {
+        let verdicts = self.fits.iter().map(|fit| fit.holds).chain(self.contests.iter().map(|contest| contest.holds));
+        verdicts.flatten().all(|holds| holds)
+    }
+}
+
+/// Makes the row of a run as soon as its image is there, and adds it to the table.
+#[derive(Debug)]
+pub struct Rows<'s> {
+    study: &'s Study,
+    plan: &'s Plan,
+    truths: BTreeMap<usize, Truth>,
+}
+
+impl<'s> Rows<'s> {
+    /// Writes the rows of the images that are there, in place of the table that is.
+    ///
+    /// # Errors
+    /// If a reference or an image cannot be used.
+    pub fn begin(study: &'s Study, plan: &'s Plan) -> Result<Self, StudyError> {
+        let rows = Self::load(study, plan)?;
+        rows.write(&rows.cells()?)?;
+        Ok(rows)
+    }
+
+    /// Loads the references that are there.
+    fn load(study: &'s Study, plan: &'s Plan) -> Result<Self, StudyError> {
+        std::fs::create_dir_all(&plan.folder).map_err(|error| FileError::new(&plan.folder, error))?;
+        let mut truths = BTreeMap::new();
+        for index in 0..study.form.scenes.as_ref().len() {
+            if let Some(truth) = Truth::load(study, plan, index)? {
+                truths.insert(index, truth);
+            }
+        }
+        Ok(Self { study, plan, truths })
+    }
+
+    /// Adds the row of a run that has just been made; a run of a reference has none.
+    ///
+    /// # Errors
+    /// If its image cannot be used.
+    pub fn add(&self, run: &Run) -> Result<(), StudyError> {
+        let Some(cell) = self.plan.cells.iter().find(|cell| cell.id == run.cell) else { return Ok(()) };
+        if cell.method.is_none() || !self.truths.contains_key(&cell.scene) {
+            return Ok(());
+        }
+        let (made, target, _) = self.look(cell, run)?;
+        record::append(&self.plan.folder, "rows", &tables::row(self.study, cell, run, &made, &target))?;
+        Ok(())
+    }
+
+    fn look(&self, cell: &Cell, run: &Run) -> Result<(Made, Target, Picture), StudyError> {
+        let scene = &self.study.form.scenes.as_ref()[cell.scene];
+        let image = exr::read(&run.output)?;
+        let (picture, _) = Picture::of(&run.output, scene.layer.as_deref())?;
+        let target = self.truths[&cell.scene].fitted(self.study, scene, &picture, &run.output.display().to_string())?;
+        let made = Made::new(&image, Measures::new(&picture, &target));
+        Ok((made, target, picture))
+    }
+
+    /// Every cell that has runs and a reference.
+    fn cells(&self) -> Result<Vec<(&'s Cell, Seen)>, StudyError> {
+        let known = |cell: &&Cell| cell.method.is_some() && self.truths.contains_key(&cell.scene);
+        let cells: Vec<&'s Cell> = self.plan.cells.iter().filter(known).collect();
+        let seen = cells.par_iter().map(|cell| Ok((*cell, self.see(cell)?)));
+        let all: Result<Vec<_>, StudyError> = seen.collect();
+        Ok(all?.into_iter().filter(|(_, seen)| !seen.rows.is_empty()).collect())
+    }
+
+    fn see(&self, cell: &Cell) -> Result<Seen, StudyError> {
+        let mut seen = Seen::default();
+        for run in cell.runs.iter().filter(|run| run.is_made()) {
+            let (made, target, picture) = self.look(cell, run)?;
+            seen.rows.push(tables::row(self.study, cell, run, &made, &target));
+            seen.made.push(made);
+            seen.pictures.push(picture);
+            seen.target = Some(target);
+        }
+        Ok(seen)
+    }
+
+    fn write(&self, all: &[(&Cell, Seen)]) -> Result<(), StudyError> {
+        let rows: Vec<Record> = all.iter().flat_map(|(_, seen)| seen.rows.iter().cloned()).collect();
+        Ok(record::write(&self.plan.folder, "rows", &rows)?)
+    }
+}
+
+/// The runs of a cell.
+#[derive(Default)]
+struct Seen {
+    rows: Vec<Record>,
+    made: Vec<Made>,
+    pictures: Vec<Picture>,
+    target: Option<Target>,
+}
+
+impl Seen {
+    fn found(&self, study: &Study, cell: &Cell) -> Option<CellFound> {
+        let target = self.target.as_ref()?;
+        let form = &study.form.methods.as_ref()[cell.method?];
+        let mean = |value: &dyn Fn(&Made) -> Option<f64>| {
+            let all: Option<Vec<f64>> = self.made.iter().map(value).collect();
+            Uncertain::mean(all?)
+        };
+        Some(CellFound {
+            cell: cell.clone(),
+            scene: study.form.scenes.as_ref()[cell.scene].name(),
+            method: form.name.as_ref().clone(),
+            renderer: form.renderer,
+            seeds: self.made.len(),
+            whole: self.spread(target, None),
+            masked: target.mask.as_deref().map(|mask| self.spread(target, Some(mask))),
+            relative_mse: mean(&|made| Some(made.measures.metrics.relative_mse)),
+            flip: mean(&|made| Some(made.measures.flip)),
+            ssim: mean(&|made| made.measures.ssim),
+            seconds: mean(&|made| made.cost.seconds),
+            core_seconds: mean(&|made| made.cost.core_seconds),
+            peak_bytes: self.made.iter().filter_map(|made| made.cost.peak_bytes).reduce(f64::max),
+        })
+    }
+
+    fn spread(&self, target: &Target, mask: Option<&[bool]>) -> Spread {
+        let counting = |pixels: &[[f64; 3]]| -> Vec<f64> {
+            let counts = |(i, _): &(usize, &[f64; 3])| mask.is_none_or(|mask| mask[*i]);
+            pixels.iter().enumerate().filter(counts).flat_map(|(_, pixel)| *pixel).collect()
+        };
+        let runs: Vec<Vec<f64>> = self.pictures.iter().map(|picture| counting(&picture.pixels)).collect();
+        Spread::new(&runs, &counting(&target.pixels), target.noise.as_deref().map(counting).as_deref())
+    }
+}
+
+/// Evaluates the images that are there, and writes the tables, the fits, the drawings and the page into the plan's folder.
+///
+/// # Errors
+/// If a reference or an image cannot be used, or a file cannot be written.
+pub fn evaluate(study: &Study, plan: &Plan, command: &str) -> Result<Evaluation, StudyError> {
+    let rows = Rows::load(study, plan)?;
+    let seen = rows.cells()?;
+    rows.write(&seen)?;
+    let cells: Vec<CellFound> = seen.iter().filter_map(|(cell, seen)| seen.found(study, cell)).collect();
+    let lines: Vec<Record> = cells.iter().map(|cell| cell.record(study)).collect();
+    record::write(&plan.folder, "cells", &lines)?;
+    let fits = fits::all(study, &cells);
+    let contests = contest::all(study, &cells);
+    let json = serde_json::json!({
+        "study": study.name, "command": command, "version": provenance::version(), "fits": fits, "comparisons": contests,
+    });
+    let text = serde_json::to_string_pretty(&json).expect("fits are plain data");
+    write_whole(&plan.folder.join("fits.json"), text.as_bytes())?;
+    let missing = plan.runs().filter(|run| !run.is_made()).count();
+    let page = plan.folder.join("index.html");
+    let evaluation = Evaluation { cells, fits, contests, missing, page };
+    page::write(study, plan, &evaluation, command)?;
+    Ok(evaluation)
+}

@@ -1,0 +1,392 @@
+//! Cells and runs: which images a study needs, with which seeds, made by which commands.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::{Path, PathBuf},
+};
+
+use glob::Pattern;
+use serde::Serialize;
+use sha2::{Digest as _, Sha256};
+
+use super::{
+    Study, StudyError,
+    form::{MethodForm, ReferenceForm, RendererName, Scalar, SceneForm},
+};
+use crate::{film::exr, node::xml, provenance};
+
+/// All that a study needs, in the order of its file.
+#[derive(Debug)]
+pub struct Plan {
+    /// Where everything goes.
+    pub folder: PathBuf,
+    /// The runs that make the references, by scene; then those of all cells.
+    pub cells: Vec<Cell>,
+}
+
+/// A scene, a method and one value of what is varied; or the reference of a scene.
+#[derive(Clone, Debug)]
+pub struct Cell {
+    /// Its name: letters, digits, dots and hyphens.
+    pub id: String,
+    /// Which scene of the study.
+    pub(super) scene: usize,
+    /// Which method of the study; None for a reference.
+    pub(super) method: Option<usize>,
+    /// What is varied.
+    pub(super) x_name: String,
+    /// Its value.
+    pub(super) x: f64,
+    pub(super) spp: u32,
+    pub(super) parameters: String,
+    /// The runs, of independent seeds.
+    pub runs: Vec<Run>,
+}
+
+/// An image to be made.
+#[derive(Clone, Debug, Serialize)]
+pub struct Run {
+    /// The name of its cell.
+    pub cell: String,
+    /// The scene's file.
+    pub scene: String,
+    /// The name of the method; "reference" for that of a scene.
+    pub method: String,
+    /// Who makes it.
+    pub renderer: RendererName,
+    /// The value of what is varied.
+    pub x: f64,
+    /// Its seed.
+    pub seed: u64,
+    /// The image.
+    pub output: PathBuf,
+    /// The arguments of `etendue` but for the output; None for another renderer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arguments: Option<Vec<String>>,
+    /// What another renderer has to know; None for ours.
+    #[serde(flatten)]
+    pub other: Option<OtherRenderer>,
+    /// What stands in the header of an image that belongs to the plan, as far as it is known.
+    pub header: BTreeMap<&'static str, String>,
+}
+
+/// What another renderer has to know.
+#[derive(Clone, Debug, Serialize)]
+pub struct OtherRenderer {
+    integrator: String,
+    sampler: Option<String>,
+    params: BTreeMap<String, String>,
+    defines: BTreeMap<String, String>,
+    variant: Option<String>,
+    spp: u32,
+}
+
+impl Run {
+    /// Whether its image is there and belongs to the plan: every text that its header should have and has is the same.
+    /// An image without a header of ours (of another renderer) is taken as it is.
+    #[must_use]
+    pub fn is_made(&self) -> bool {
+        let Ok(header) = exr::read_attributes(&self.output) else { return false };
+        let found = |name: &str| header.iter().find(|(known, _)| known == name).map(|(_, text)| text);
+        let ours = self.renderer == RendererName::Etendue;
+        self.header.iter().all(|(name, text)| found(name).map_or(!(ours && REQUIRED.contains(name)), |found| found == text))
+    }
+}
+
+/// The method of runs that make a reference.
+pub const REFERENCE: &str = "reference";
+
+/// What the header of an image of ours cannot lack.
+const REQUIRED: [&str; 4] = ["etendue.scene_sha256", "etendue.parameters", "etendue.spp", "etendue.seed"];
+
+/// Whether what is varied is how many samples a pixel gets; an integrator that works in passes takes one in each.
+pub(super) fn is_samples(name: &str) -> bool {
+    matches!(name, "spp" | "passes")
+}
+
+/// A name as part of the name of a cell.
+pub(super) fn identifier(name: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '.' { c.to_ascii_lowercase() } else { '-' };
+    name.chars().map(plain).collect::<String>().trim_matches('-').to_owned()
+}
+
+impl Plan {
+    /// The plan of a study whose results go into a folder.
+    ///
+    /// # Errors
+    /// If a scene cannot be read, or two cells would share seeds.
+    pub fn new(study: &Study, folder: &Path) -> Result<Self, StudyError> {
+        let mut cells = Vec::new();
+        for (index, scene) in study.form.scenes.as_ref().iter().enumerate() {
+            let builder = Builder { study, folder, index, scene };
+            cells.extend(builder.reference()?);
+            for (number, method) in study.form.methods.as_ref().iter().enumerate() {
+                let pattern = Pattern::new(method.scenes.as_ref()).expect("patterns were checked");
+                if pattern.matches(&scene.name()) {
+                    cells.extend(builder.cells(number, method)?);
+                }
+            }
+        }
+        let plan = Self { folder: folder.to_owned(), cells };
+        plan.check_seeds(study)?;
+        Ok(plan)
+    }
+
+    /// All runs.
+    pub fn runs(&self) -> impl Iterator<Item = &Run> {
+        self.cells.iter().flat_map(|cell| &cell.runs)
+    }
+
+    /// Points of a fit must be independent; two cells with the same seeds would not be.
+    fn check_seeds(&self, study: &Study) -> Result<(), StudyError> {
+        let mut seen = BTreeSet::new();
+        for cell in &self.cells {
+            if !cell.runs.iter().all(|run| seen.insert((cell.scene, run.seed))) {
+                let at = study.form.methods.span().start;
+                return Err(study.fault(at, format!("{} shares seeds with another cell; rename its method", cell.id)));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Makes the cells of a scene.
+struct Builder<'s> {
+    study: &'s Study,
+    folder: &'s Path,
+    index: usize,
+    scene: &'s SceneForm,
+}
+
+/// What a run is made with.
+struct Making<'m> {
+    method: &'m str,
+    renderer: RendererName,
+    variant: Option<String>,
+    integrator: Option<&'m String>,
+    sampler: Option<&'m String>,
+    params: BTreeMap<String, String>,
+    defines: BTreeMap<String, String>,
+    spp: u32,
+}
+
+impl Builder<'_> {
+    /// The cell of the runs that are the reference, if any are.
+    fn reference(&self) -> Result<Option<Cell>, StudyError> {
+        let ReferenceForm::Render(form) = self.scene.reference.as_ref() else { return Ok(None) };
+        let making = Making {
+            method: REFERENCE,
+            renderer: RendererName::Etendue,
+            variant: None,
+            integrator: form.integrator.as_ref(),
+            sampler: form.sampler.as_ref(),
+            params: texts(&form.params),
+            defines: self.defines(&form.defines),
+            spp: form.spp,
+        };
+        let id = format!("{}.{REFERENCE}", identifier(&self.scene.name()));
+        let first = form.seed.unwrap_or_else(|| first_seed(&id));
+        let seeds: Vec<u64> = (first..first.saturating_add(form.seeds.into())).collect();
+        self.cell(id, None, ("spp".into(), f64::from(form.spp)), &making, &seeds).map(Some)
+    }
+
+    fn cells(&self, number: usize, method: &MethodForm) -> Result<Vec<Cell>, StudyError> {
+        let fixed = method.spp.as_ref().map_or(1, |spp| *spp.as_ref());
+        let (name, values) = match &method.vary {
+            Some(vary) => (vary.name.as_ref().as_str(), vary.values.as_ref().clone()),
+            None => ("spp", vec![f64::from(fixed)]),
+        };
+        values.into_iter().map(|x| self.cell_at(number, method, name, x, fixed)).collect()
+    }
+
+    fn cell_at(&self, number: usize, method: &MethodForm, name: &str, x: f64, fixed: u32) -> Result<Cell, StudyError> {
+        let mut params = texts(&method.params);
+        let mut defines = self.defines(&method.defines);
+        let mut spp = fixed;
+        match name.strip_prefix('$') {
+            Some(define) => drop(defines.insert(define.to_owned(), x.to_string())),
+            None if is_samples(name) => spp = x as u32,
+            None => drop(params.insert(name.to_owned(), x.to_string())),
+        }
+        for (name, scale) in &method.scale {
+            params.insert(name.clone(), scale.as_ref().value(x).to_string());
+        }
+        let making = Making {
+            method: method.name.as_ref(),
+            renderer: method.renderer,
+            variant: method.variant.clone(),
+            integrator: method.integrator.as_ref(),
+            sampler: method.sampler.as_ref(),
+            params,
+            defines,
+            spp,
+        };
+        let id = format!("{}.{}.{x}", identifier(&self.scene.name()), identifier(making.method));
+        let first = first_seed(&id) + self.study.form.first_seed.as_ref().map_or(0, |first| *first.as_ref());
+        let seeds: Vec<u64> = (first..first + u64::from(*self.study.form.seeds.as_ref())).collect();
+        self.cell(id, Some(number), (name.to_owned(), x), &making, &seeds)
+    }
+
+    fn cell(
+        &self,
+        id: String,
+        method: Option<usize>,
+        (x_name, x): (String, f64),
+        making: &Making<'_>,
+        seeds: &[u64],
+    ) -> Result<Cell, StudyError> {
+        let file = self.study.path(self.scene.file.as_ref());
+        let defines: Vec<(String, String)> = making.defines.clone().into_iter().collect();
+        let document = xml::read(&file, &defines)?;
+        let hash = provenance::scene_hash(&document).map_err(|error| exr::FileError::new(&file, error))?;
+        let parameters = making.parameters();
+        let header = |seed: u64| {
+            let texts = [
+                ("etendue.scene_sha256", Some(hash.clone())),
+                ("etendue.integrator", making.integrator.cloned()),
+                ("etendue.sampler", making.sampler.cloned()),
+                ("etendue.parameters", Some(parameters.clone())),
+                ("etendue.spp", Some(making.spp.to_string())),
+                ("etendue.seed", Some(seed.to_string())),
+            ];
+            texts.into_iter().filter_map(|(name, text)| Some((name, text?))).collect()
+        };
+        let ours = making.renderer == RendererName::Etendue;
+        let run = |&seed: &u64| Run {
+            cell: id.clone(),
+            scene: file.display().to_string(),
+            method: making.method.to_owned(),
+            renderer: making.renderer,
+            x,
+            seed,
+            output: self.folder.join("runs").join(&id).join(format!("seed-{seed}.exr")),
+            arguments: ours.then(|| making.arguments(&file, seed)),
+            other: (!ours).then(|| making.other()),
+            header: header(seed),
+        };
+        let runs = seeds.iter().map(run).collect();
+        Ok(Cell { scene: self.index, method, x_name, x, spp: making.spp, parameters, runs, id })
+    }
+
+    /// What the scene's parameters are, those of the method before those of the scene.
+    fn defines(&self, own: &BTreeMap<String, Scalar>) -> BTreeMap<String, String> {
+        let mut all = texts(&self.scene.defines);
+        all.extend(texts(own));
+        all
+    }
+}
+
+impl Making<'_> {
+    /// As the header of the image has them.
+    fn parameters(&self) -> String {
+        let pairs: Vec<_> = self.params.iter().chain(&self.defines).map(|(n, v)| format!("{n}={v}")).collect();
+        pairs.join(" ")
+    }
+
+    fn arguments(&self, scene: &Path, seed: u64) -> Vec<String> {
+        let mut all = vec!["render".to_owned(), scene.display().to_string()];
+        let mut add = |flag: &str, value: String| all.extend([flag.to_owned(), value]);
+        if let Some(integrator) = self.integrator {
+            add("--integrator", integrator.clone());
+        }
+        if let Some(sampler) = self.sampler {
+            add("--sampler", sampler.clone());
+        }
+        self.params.iter().for_each(|(name, value)| add("--param", format!("{name}={value}")));
+        self.defines.iter().for_each(|(name, value)| add("-D", format!("{name}={value}")));
+        add("--spp", self.spp.to_string());
+        add("--seed", seed.to_string());
+        all
+    }
+
+    fn other(&self) -> OtherRenderer {
+        OtherRenderer {
+            integrator: self.integrator.cloned().unwrap_or_default(),
+            sampler: self.sampler.cloned(),
+            params: self.params.clone(),
+            defines: self.defines.clone(),
+            variant: self.variant.clone(),
+            spp: self.spp,
+        }
+    }
+}
+
+fn texts(values: &BTreeMap<String, Scalar>) -> BTreeMap<String, String> {
+    values.iter().map(|(name, value)| (name.clone(), value.to_string())).collect()
+}
+
+/// The first of the 1024 seeds of a cell: 22 bits of a hash of its name above them, so that a cell keeps its seeds whatever
+/// happens to others, cells do not share seeds, and Mitsuba's 32 bits suffice. Samples of one seed are the same whether
+/// 16 or 64 are taken; cells with the same seeds would not be independent.
+fn first_seed(cell: &str) -> u64 {
+    let hash = Sha256::digest(cell.as_bytes());
+    let bits = u32::from_be_bytes([hash[0], hash[1], hash[2], hash[3]]);
+    u64::from(bits >> 10) << 10
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STUDY: &str = r#"
+title = "t"
+about = "a"
+seeds = 3
+first_seed = 5
+[[scene]]
+name = "Room_1"
+file = "assets/scenes/diffuse-room.xml"
+reference = {render = {integrator = "path", spp = 64, seeds = 2}}
+[[method]]
+name = "photons"
+integrator = "photonmapper"
+spp = 4
+params = {lookup_size = 0, kernel = "cone"}
+vary = {name = "global_photons", values = [1e3, 8e3]}
+scale = {global_lookup_radius = {at = 1e3, value = 0.5, power = -0.3333333333333333}}
+[[method]]
+name = "mi"
+renderer = "mitsuba"
+integrator = "path"
+vary = {name = "spp", values = [1]}
+"#;
+
+    fn plan(text: &str) -> Plan {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("study.toml");
+        let study = Study::parse(&file, text.to_owned()).unwrap();
+        Plan::new(&study, Path::new("out")).unwrap()
+    }
+
+    #[test]
+    fn cells_and_their_commands() {
+        let plan = plan(STUDY);
+        let ids: Vec<_> = plan.cells.iter().map(|cell| cell.id.as_str()).collect();
+        assert_eq!(ids, ["room-1.reference", "room-1.photons.1000", "room-1.photons.8000", "room-1.mi.1"]);
+        assert_eq!(plan.runs().count(), 2 + 3 + 3 + 3);
+        let run = &plan.cells[2].runs[0];
+        let arguments = run.arguments.as_ref().unwrap();
+        let tail = "--integrator photonmapper --param global_lookup_radius=0.25 --param global_photons=8000 \
+                    --param kernel=cone --param lookup_size=0 --spp 4 --seed";
+        assert!(arguments.join(" ").contains(tail), "{arguments:?}");
+        assert!(run.output.starts_with("out/runs/room-1.photons.8000"));
+        assert_eq!(run.seed % 1024, 5);
+        let mitsuba = serde_json::to_value(&plan.cells[3].runs[0]).unwrap();
+        assert_eq!((mitsuba["renderer"].as_str(), mitsuba["spp"].as_u64()), (Some("mitsuba"), Some(1)));
+        assert!(mitsuba.get("arguments").is_none() && mitsuba["seed"].as_u64() < Some(1 << 32));
+    }
+
+    #[test]
+    fn a_cell_keeps_its_seeds_whatever_happens_to_others() {
+        let (before, after) = (plan(STUDY), plan(&STUDY.replace("[1e3, 8e3]", "[1e3, 2e3, 8e3]")));
+        let seeds = |plan: &Plan, id: &str| {
+            plan.cells.iter().find(|cell| cell.id == id).unwrap().runs.iter().map(|r| r.seed).collect::<Vec<_>>()
+        };
+        for id in ["room-1.reference", "room-1.photons.1000", "room-1.photons.8000"] {
+            assert_eq!(seeds(&before, id), seeds(&after, id));
+        }
+        let mut all: Vec<u64> = after.runs().map(|run| run.seed).collect();
+        all.sort_unstable();
+        all.dedup();
+        assert_eq!(all.len(), after.runs().count());
+    }
+}
