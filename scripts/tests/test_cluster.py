@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import psutil
@@ -44,15 +44,17 @@ def wait_for(what: Callable[[], object], process: subprocess.Popen[str]) -> obje
     raise AssertionError(f"not found in time; the script said {end(process)}")
 
 
-def renders(process: subprocess.Popen[str]) -> Iterator[psutil.Process]:
+def words(process: psutil.Process) -> list[str]:
+    """The command of a process; none if it has ended meanwhile."""
+    try:
+        return process.cmdline()
+    except psutil.Error:
+        return []
+
+
+def renders(process: subprocess.Popen[str]) -> list[psutil.Process]:
     """The renders that workers of the script are at."""
-    for child in psutil.Process(process.pid).children(recursive=True):
-        try:
-            words = child.cmdline()
-        except psutil.Error:
-            continue
-        if "render" in words and "--pdeathsig" not in words:
-            yield child
+    return [child for child in psutil.Process(process.pid).children(recursive=True) if words(child)[1:2] == ["render"]]
 
 
 def checkpoints(out: Path) -> dict[Path, int]:
@@ -72,7 +74,7 @@ def kill_a_worker(process: subprocess.Popen[str], out: Path) -> tuple[int, str]:
 
     def find() -> tuple[psutil.Process, Path] | None:
         kept = [path for path, when in checkpoints(out).items() if before.get(path, 0) < when]
-        return next(((child, path) for child in renders(process) for path in kept if str(path) in child.cmdline()), None)
+        return next(((child, path) for child in renders(process) for path in kept if str(path) in words(child)), None)
 
     render, path = wait_for(find, process)
     worker = render.parent()
@@ -211,7 +213,7 @@ def test_a_render_does_not_outlive_its_worker() -> None:
     assert study_parts.bound_to_us() == [shutil.which("setpriv"), "--pdeathsig", "TERM"]
     program = "import subprocess, sys; import study_parts; subprocess.run([*study_parts.bound_to_us(), 'sleep', '100'])"
     parent = subprocess.Popen([sys.executable, "-c", program], cwd=etendue.ROOT / "scripts")
-    child = wait_for(lambda: [c for c in psutil.Process(parent.pid).children() if c.cmdline()[:1] == ["sleep"]], parent)[0]
+    child = wait_for(lambda: [c for c in psutil.Process(parent.pid).children() if words(c)[:1] == ["sleep"]], parent)[0]
     parent.kill()
     parent.wait()
     psutil.wait_procs([child], timeout=10)
