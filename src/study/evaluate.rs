@@ -1,6 +1,6 @@
 //! From the images that are there to rows, cells, fits, drawings and the page.
 
-use std::{collections::BTreeMap, path::PathBuf};
+use std::{collections::BTreeMap, path::PathBuf, sync::Mutex};
 
 use rayon::prelude::*;
 
@@ -54,6 +54,8 @@ pub struct Rows<'s> {
     study: &'s Study,
     plan: &'s Plan,
     truths: BTreeMap<usize, Truth>,
+    /// Whoever adds to the table.
+    table: Mutex<()>,
 }
 
 impl<'s> Rows<'s> {
@@ -76,7 +78,7 @@ impl<'s> Rows<'s> {
                 truths.insert(index, truth);
             }
         }
-        Ok(Self { study, plan, truths })
+        Ok(Self { study, plan, truths, table: Mutex::new(()) })
     }
 
     /// Adds the row of a run that has just been made; a run of a reference has none.
@@ -89,6 +91,7 @@ impl<'s> Rows<'s> {
             return Ok(());
         }
         let (made, target, _) = self.look(cell, run)?;
+        let _alone = self.table.lock().expect("nobody panics with it");
         record::append(&self.plan.folder, "rows", &tables::row(self.study, cell, run, &made, &target))?;
         Ok(())
     }

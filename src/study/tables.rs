@@ -41,6 +41,7 @@ pub(super) struct Made {
     integrator: Option<String>,
     sampler: Option<String>,
     spp: Option<u64>,
+    version: Option<String>,
 }
 
 impl Made {
@@ -52,6 +53,7 @@ impl Made {
             integrator: text("etendue.integrator"),
             sampler: text("etendue.sampler"),
             spp: text("etendue.spp").and_then(|spp| spp.parse().ok()),
+            version: text("etendue.version"),
         }
     }
 }
@@ -91,6 +93,7 @@ pub(super) fn row(study: &Study, cell: &Cell, run: &Run, made: &Made, target: &T
     row.push("seconds", made.cost.seconds);
     row.push("core_seconds", made.cost.core_seconds);
     row.push("peak_bytes", made.cost.peak_bytes.map(|bytes| bytes as u64));
+    row.push("version", made.version.as_deref());
     row.push("reference", target.name.as_str());
     row.push("image", run.output.display().to_string().as_str());
     row

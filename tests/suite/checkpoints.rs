@@ -29,7 +29,7 @@ const CROPPED: &str = r#"<rfilter type="gaussian"/>
     <integer name="crop_width" value="13"/><integer name="crop_height" value="11"/>"#;
 
 /// Every way to gather samples: integrators with their samplers.
-const FAMILIES: [(&str, &str); 8] = [
+const FAMILIES: [(&str, &str); 10] = [
     (BUSY_INTEGRATOR, "independent"),
     (BUSY_INTEGRATOR, "stratified"),
     (BUSY_INTEGRATOR, "ldsampler"),
@@ -46,7 +46,16 @@ const FAMILIES: [(&str, &str); 8] = [
         "independent",
     ),
     (r#"<integrator type="moment"><integrator type="path"/></integrator>"#, "stratified"),
+    (
+        r#"<integrator type="sppm"><integer name="photon_count" value="2000"/>
+           <string name="radius_schedule" value="per_pass"/></integrator>"#,
+        "independent",
+    ),
+    (CHAINED, "independent"),
 ];
+
+/// Each sample of it follows from those before.
+const CHAINED: &str = r#"<integrator type="sppm"><integer name="photon_count" value="2000"/></integrator>"#;
 
 fn family((integrator, sampler): (&str, &str), film: &str) -> Folder {
     Folder::with_scene(&busy(sampler, film).replace(BUSY_INTEGRATOR, integrator))
@@ -73,11 +82,10 @@ fn a_resumed_render_is_that_without_interruption() {
             let folder = family(of, film);
             let whole = folder.render("--spp 7 --threads 1");
             // The first samples alone, then those after them, on other numbers of threads.
-            succeed(
-                &folder,
-                &format!("render scene.xml --spp 7 --shard 1/{} --checkpoint a.ck --threads 3", 2 + i % 2),
-            );
-            succeed(&folder, "render scene.xml --spp 7 --resume a.ck --threads 2 -o resumed.exr");
+            let few = 2 + i % 2;
+            let first = if of.1 == "independent" { format!("--spp {few}") } else { format!("--spp 7 --shard 1/{few}") };
+            succeed(&folder, &format!("render scene.xml {first} --checkpoint a.ck --threads 3"));
+            succeed(&folder, "render scene.xml --spp 7 --resume a.ck --threads 2 -o resumed.exr --every 0s");
             let resumed = image(&folder, "resumed.exr");
             assert!(bits(&whole) == bits(&resumed), "{of:?} {film}");
             assert_eq!(resumed.attribute("etendue.spp"), Some("7"));
@@ -94,7 +102,8 @@ fn a_resumed_render_is_that_without_interruption() {
 
 #[test]
 fn merged_shards_are_one_render() {
-    for (i, of) in FAMILIES.into_iter().enumerate() {
+    let apart = FAMILIES.into_iter().filter(|(integrator, _)| *integrator != CHAINED);
+    for (i, of) in apart.enumerate() {
         let folder = family(of, if i % 2 == 0 { CROPPED } else { BOX });
         let whole = folder.render("--spp 6 --seed 3");
         for shards in [1, 2, 4] {
@@ -209,6 +218,8 @@ fn checkpoints_of_other_renders_are_refused() {
         ("--shard 1/2 --time 1s", "how many samples there are to be is not known; give --spp"),
         ("--sampler ldsampler --time 1s", "depend on how many there are; give --spp too, or --sampler independent"),
         ("--integrator photonmapper --target-error 1%", "share what it gathers once"),
+        ("--integrator sppm --spp 4 --shard 1/2", "each sample of sppm follows from those before"),
+        ("--integrator sppm --seed 1 --resume a.ck", "a.ck: is of another integrator"),
     ];
     folder.write("folder/file", "");
     for (options, fault) in cases {

@@ -17,3 +17,4 @@ mod layers;
 mod photons;
 mod semantics;
 mod solids;
+mod study;

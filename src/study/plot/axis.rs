@@ -56,9 +56,11 @@ impl LogAxis {
             1 => matches!(digit, 1 | 2 | 5),
             _ => high - low < 0.5 || matches!(digit, 1 | 2 | 5),
         };
+        // All labels of an axis in the same way.
+        let is_plain = low >= -3.0 && high <= 4.0;
         let tick = |digit: i32, decade: i32| Tick {
             value: f64::from(digit) * 10_f64.powi(decade),
-            label: labelled(digit, decade).then(|| label(digit, decade)),
+            label: labelled(digit, decade).then(|| label(digit, decade, is_plain)),
             is_decade: digit == 1,
         };
         let inside = |tick: &Tick| (low..=high).contains(&tick.value.log10());
@@ -67,9 +69,9 @@ impl LogAxis {
     }
 }
 
-/// A digit times a power of ten, plain where that is short.
-fn label(digit: i32, decade: i32) -> String {
-    if (-2..=3).contains(&decade) {
+/// A digit times a power of ten.
+fn label(digit: i32, decade: i32, is_plain: bool) -> String {
+    if is_plain || decade == 0 {
         let decimals = usize::try_from(-decade).unwrap_or(0);
         return format!("{:.decimals$}", f64::from(digit) * 10_f64.powi(decade));
     }
@@ -94,6 +96,7 @@ mod tests {
         assert_eq!(labels(3e-7, 2e-4), ["10⁻⁶", "10⁻⁵", "10⁻⁴"]);
         assert_eq!(labels(0.015, 0.16), ["0.02", "0.05", "0.1"]);
         assert_eq!(labels(2.1e-5, 4.9e-5), ["3·10⁻⁵", "4·10⁻⁵"]);
+        assert_eq!(labels(0.5, 2e5), ["1", "10¹", "10²", "10³", "10⁴", "10⁵"]);
         let many = labels(1e-12, 1e6);
         assert!((4..8).contains(&many.len()), "{many:?}");
     }
