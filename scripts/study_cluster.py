@@ -20,6 +20,7 @@ import shutil
 import signal
 import sys
 from collections.abc import Sequence
+from concurrent.futures import CancelledError
 from dataclasses import asdict
 from fnmatch import fnmatch
 from pathlib import Path
@@ -81,8 +82,8 @@ def positive(text: str) -> int:
 def connect(arguments: argparse.Namespace) -> tuple[distributed.Client, Any]:
     """The client, and the cluster that must be closed after it if it is ours."""
     # Workers that die are the normal case here: a part is given up only after as many deaths as a fault of its own may cost.
-    dask.config.set({"distributed.scheduler.allowed-failures": arguments.retries, "distributed.admin.tick.limit": "1h"})
-    for noisy in ("distributed", "tornado.application"):
+    dask.config.set({"distributed.scheduler.allowed-failures": arguments.retries})
+    for noisy in ("distributed", "distributed.client", "tornado.application"):
         logging.getLogger(noisy).setLevel(logging.CRITICAL)
     cluster = None
     try:
@@ -237,6 +238,8 @@ def fault(future: distributed.Future, found: Any) -> str:
     error = found[1] if isinstance(found, tuple) else found
     if isinstance(error, distributed.scheduler.KilledWorker):
         return f"given up after {error.allowed_failures + 1} workers died at it"
+    if isinstance(error, CancelledError):
+        return "lost with the connection to the scheduler; the same command goes on"
     return " ".join(str(error).split()) or future.status
 
 
