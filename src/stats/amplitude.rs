@@ -170,7 +170,8 @@ mod tests {
     #[test]
     fn zeros_are_tested() {
         let mut draws = Draws::new(8);
-        let mut points = |mean: f64| X.map(|x| Point { x, y: mean + draws.normal(), std_error: 1.0, dof: f64::INFINITY });
+        let mut points =
+            |mean: f64| X.map(|x| Point { x, y: mean + draws.normal(), std_error: 1.0, dof: f64::INFINITY });
         assert!(all_zero(&points(0.0)).p > 0.001 && all_zero(&points(5.0)).p < 1e-9);
         assert_eq!((all_zero(&[]).p, all_zero(&points(0.0)).dof), (1.0, 6.0));
     }

@@ -274,7 +274,9 @@ mod tests {
         let same = good.map(|p| Point { x: 2.0, ..p });
         assert!(Slope::weighted(&same).is_none() && Slope::unweighted(&same.map(|p| (p.x, p.y))).is_none());
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            for broken in [Point { x: bad, ..good[0] }, Point { y: bad, ..good[0] }, Point { std_error: bad, ..good[0] }] {
+            for broken in
+                [Point { x: bad, ..good[0] }, Point { y: bad, ..good[0] }, Point { std_error: bad, ..good[0] }]
+            {
                 assert!(Slope::weighted(&[broken, good[1], good[2]]).is_none(), "{broken:?}");
             }
         }

@@ -31,7 +31,8 @@ pub(super) fn check(study: &Study) -> Result<(), StudyError> {
     if let Some(first) = &form.first_seed
         && u64::from(seeds) + first.as_ref() > u64::from(MOST_SEEDS)
     {
-        let what = format!("first_seed + seeds is more than {MOST_SEEDS}; the seeds of a cell are 0 to {}", MOST_SEEDS - 1);
+        let what =
+            format!("first_seed + seeds is more than {MOST_SEEDS}; the seeds of a cell are 0 to {}", MOST_SEEDS - 1);
         return Err(study.fault(first.span().start, what));
     }
     not_empty(study, &form.scenes, "[[scene]]")?;
@@ -46,7 +47,11 @@ pub(super) fn check(study: &Study) -> Result<(), StudyError> {
 }
 
 fn not_empty<T>(study: &Study, list: &Spanned<Vec<T>>, what: &str) -> Result<(), StudyError> {
-    if list.as_ref().is_empty() { Err(study.fault(list.span().start, format!("needs a {what} at least"))) } else { Ok(()) }
+    if list.as_ref().is_empty() {
+        Err(study.fault(list.span().start, format!("needs a {what} at least")))
+    } else {
+        Ok(())
+    }
 }
 
 fn unique(study: &Study, names: impl Iterator<Item = (String, usize)>, what: &str) -> Result<(), StudyError> {
@@ -119,7 +124,8 @@ fn check_method(study: &Study, method: &MethodForm) -> Result<(), StudyError> {
         Some(vary) => {
             let (at, values) = (vary.values.span().start, vary.values.as_ref());
             let counts = super::plan::is_samples(vary.name.as_ref());
-            let sound = |x: &f64| *x > 0.0 && x.is_finite() && (!counts || (x.fract() == 0.0 && *x <= f64::from(u32::MAX)));
+            let sound =
+                |x: &f64| *x > 0.0 && x.is_finite() && (!counts || (x.fract() == 0.0 && *x <= f64::from(u32::MAX)));
             if values.is_empty() || !values.iter().all(sound) {
                 let what = if counts { "whole numbers from 1" } else { "finite numbers above 0" };
                 return Err(study.fault(at, format!("what is varied takes {what}")));
@@ -134,7 +140,9 @@ fn check_method(study: &Study, method: &MethodForm) -> Result<(), StudyError> {
                 return Err(study.fault(here, "spp is not varied; write how many samples a pixel gets"));
             }
             if method.params.contains_key(vary.name.as_ref()) {
-                return Err(study.fault(here, format!("{} is varied and fixed; leave it out of params", vary.name.as_ref())));
+                return Err(
+                    study.fault(here, format!("{} is varied and fixed; leave it out of params", vary.name.as_ref()))
+                );
             }
         }
         None => (),
@@ -142,7 +150,8 @@ fn check_method(study: &Study, method: &MethodForm) -> Result<(), StudyError> {
     for (name, scale) in &method.scale {
         let s = scale.as_ref();
         if !(s.at > 0.0 && s.at.is_finite() && s.value > 0.0 && s.value.is_finite() && s.power.is_finite()) {
-            let what = format!("{name} is scaled by numbers that are not finite and above 0; only power may be negative");
+            let what =
+                format!("{name} is scaled by numbers that are not finite and above 0; only power may be negative");
             return Err(study.fault(scale.span().start, what));
         }
         if method.params.contains_key(name) {
@@ -167,7 +176,8 @@ fn check_fit(study: &Study, fit: &Spanned<FitForm>) -> Result<(), StudyError> {
         return Err(study.fault(at, "only bias and bias_squared can be found to be 0"));
     }
     let numbers = [fit.slope, fit.half_width].into_iter().flatten();
-    let numbers = numbers.chain(fit.slope_within.into_iter().chain(fit.range).flatten()).chain(fit.amplitudes.iter().copied());
+    let numbers =
+        numbers.chain(fit.slope_within.into_iter().chain(fit.range).flatten()).chain(fit.amplitudes.iter().copied());
     if numbers.into_iter().any(|x| !x.is_finite()) {
         return Err(study.fault(at, "a prediction is not finite; write a number"));
     }

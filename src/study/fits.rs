@@ -9,7 +9,10 @@ use super::{
     tables::CellFound,
     theory::Curve,
 };
-use crate::stats::{Amplitudes, Chi2, Point, Slope, amplitude, slope::Demand};
+use crate::{
+    report::number::significant,
+    stats::{Amplitudes, Chi2, Point, Slope, amplitude, slope::Demand},
+};
 
 /// What a fit of one method on one scene has found.
 #[derive(Clone, Debug, Serialize)]
@@ -43,10 +46,7 @@ pub(super) enum Found {
     /// A straight line.
     Slope(Slope),
     /// Amplitudes of predicted curves.
-    Curves {
-        curves: Vec<Curve>,
-        fit: Amplitudes,
-    },
+    Curves { curves: Vec<Curve>, fit: Amplitudes },
     /// Whether all points are 0.
     Zero(Chi2),
     /// There is nothing to fit.
@@ -87,7 +87,8 @@ fn series_of<'c>(study: &'c Study, form: &'c FitForm, cells: &'c [CellFound]) ->
     let pattern = |text: &str| Pattern::new(text).expect("patterns were checked");
     let (scenes, methods) = (pattern(form.scenes.as_ref()), pattern(form.methods.as_ref()));
     let mut all = Vec::new();
-    for scene in study.form.scenes.as_ref().iter().map(super::form::SceneForm::name).filter(|name| scenes.matches(name)) {
+    for scene in study.form.scenes.as_ref().iter().map(super::form::SceneForm::name).filter(|name| scenes.matches(name))
+    {
         for method in study.form.methods.as_ref() {
             let name = method.name.as_ref();
             if !methods.matches(name) || !pattern(method.scenes.as_ref()).matches(&scene) {
@@ -170,14 +171,15 @@ impl Series<'_> {
             return "0".into();
         }
         if let Some(curves) = &form.finite_n {
-            let part = |(i, curve): (usize, &Curve)| match form.amplitudes.get(i) {
-                Some(amplitude) => format!("{amplitude} times {}", curve.words()),
-                None => format!("proportional to {}", curve.words()),
+            let factor = |i: usize| form.amplitudes.get(i).map_or(["a", "b"][i].to_owned(), |x| significant(*x, 5));
+            let part = |(i, curve): (usize, &Curve)| match curve {
+                Curve::Constant => factor(i),
+                _ => format!("{} · {}", factor(i), curve.words()),
             };
-            return curves.iter().enumerate().map(part).collect::<Vec<_>>().join(", plus one ");
+            return curves.iter().enumerate().map(part).collect::<Vec<_>>().join(" + ");
         }
         match (form.slope, form.slope_within) {
-            (Some(slope), _) => format!("slope {slope:.4}"),
+            (Some(slope), _) => format!("slope {}", significant(slope, 4)),
             (_, Some([low, high])) => format!("slope between {low} and {high}"),
             _ => String::new(),
         }
@@ -212,20 +214,29 @@ impl Series<'_> {
                     unless(inside, "the interval of the slope reaches out of the range".into());
                 }
                 let widest = demand.widest;
-                unless(form.slope.is_none() || half < widest, format!("the interval is wider than {widest}: it decides nothing"));
+                unless(
+                    form.slope.is_none() || half < widest,
+                    format!("the interval is wider than {widest}: it decides nothing"),
+                );
                 // A range says nothing of straightness.
                 slope.residuals.filter(|_| form.slope.is_some())
             }
             Found::Curves { fit, .. } => {
                 for (found, predicted) in fit.amplitudes.iter().zip(&form.amplitudes) {
                     let half = found.half_width(demand.outside, fit.dof);
-                    unless((found.value - predicted).abs() <= half, format!("the amplitude {predicted} lies outside of its interval"));
+                    unless(
+                        (found.value - predicted).abs() <= half,
+                        format!("the amplitude {predicted} lies outside of its interval"),
+                    );
                 }
                 Some(fit.residuals)
             }
         };
         if let Some(chi2) = chi2 {
-            unless(chi2.p > demand.level, format!("the points scatter more than their errors let them (p = {:.2e})", chi2.p));
+            unless(
+                chi2.p > demand.level,
+                format!("the points scatter more than their errors let them (p = {:.2e})", chi2.p),
+            );
         }
         reasons.join("; ")
     }
@@ -265,7 +276,8 @@ impl Fit {
             None => "found",
         };
         let residuals = self.found.residuals().map_or(String::new(), |chi2| format!(", residuals p = {:.3}", chi2.p));
-        let predicted = if self.predicted.is_empty() { String::new() } else { format!(" (predicted: {})", self.predicted) };
+        let predicted =
+            if self.predicted.is_empty() { String::new() } else { format!(" (predicted: {})", self.predicted) };
         let why = if self.why.is_empty() { String::new() } else { format!(": {}", self.why) };
         let Self { name, scene, method, .. } = self;
         format!("{mark}  {name}, {method} on {scene}: {}{residuals}{predicted}{why}", self.found.words())

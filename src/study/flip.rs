@@ -5,7 +5,8 @@ use image::RgbImage;
 /// The mean of the FLIP error map of two pictures of the same size, from 0 to 1: Andersson et al. 2020, "FLIP: A Difference
 /// Evaluator for Alternating Images", for sRGB pictures seen at 67 pixels per degree.
 pub(super) fn mean(test: &RgbImage, reference: &RgbImage) -> f64 {
-    let image = |picture: &RgbImage| nv_flip::FlipImageRgb8::with_data(picture.width(), picture.height(), picture.as_raw());
+    let image =
+        |picture: &RgbImage| nv_flip::FlipImageRgb8::with_data(picture.width(), picture.height(), picture.as_raw());
     let map = nv_flip::flip(image(reference), image(test), nv_flip::DEFAULT_PIXELS_PER_DEGREE);
     f64::from(nv_flip::FlipPool::from_image(&map).mean())
 }

@@ -5,7 +5,8 @@ use crate::stats::tiles::luminance;
 
 /// Marks the pixels of an image that lie in the rectangle and between the luminances of a mask.
 pub(super) fn mark(form: &MaskForm, width: usize, reference: &[[f64; 3]]) -> Vec<bool> {
-    let within = |range: Option<[u32; 2]>, at: usize| range.is_none_or(|[from, to]| (from as usize..to as usize).contains(&at));
+    let within =
+        |range: Option<[u32; 2]>, at: usize| range.is_none_or(|[from, to]| (from as usize..to as usize).contains(&at));
     let counts = |(i, pixel): (usize, &[f64; 3])| {
         let y = luminance(*pixel);
         within(form.x, i % width)

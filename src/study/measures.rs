@@ -36,7 +36,8 @@ impl Measures {
         Self {
             metrics: Metrics::new(&image.pixels, &target.pixels),
             rmse_masked: target.mask.as_ref().map(|mask| {
-                let marked: Vec<f64> = squares.iter().zip(mask).filter(|(_, counts)| **counts).map(|(s, _)| *s).collect();
+                let marked: Vec<f64> =
+                    squares.iter().zip(mask).filter(|(_, counts)| **counts).map(|(s, _)| *s).collect();
                 (marked.iter().sum::<f64>() / marked.len() as f64).sqrt()
             }),
             worst_tile: tiles.iter().fold(0.0, |worst: f64, tile| worst.max(*tile)),
@@ -83,8 +84,7 @@ mod tests {
         let wrong = |i: usize| if i % 16 < 8 { [1.0; 3] } else { [1.5, 1.0, 1.0] };
         let image = Picture { width: 16, height: 8, pixels: (0..128).map(wrong).collect() };
         let mask = (0..128).map(|i| i % 16 >= 12).collect();
-        let target =
-            Target { name: "r".into(), pixels: reference, noise: None, mask: Some(mask) };
+        let target = Target { name: "r".into(), pixels: reference, noise: None, mask: Some(mask) };
         let found = Measures::new(&image, &target);
         let tile = (0.25_f64 / 3.0).sqrt();
         assert!((found.worst_tile - tile).abs() < 1e-15 && (found.mean_tile - tile / 2.0).abs() < 1e-15, "{found:?}");

@@ -156,7 +156,8 @@ pub(super) fn write(study: &Study, plan: &Plan, evaluation: &Evaluation, command
 impl<'s> Page<'s> {
     fn new(study: &'s Study, evaluation: &Evaluation, command: &'s str, scenes: Vec<SceneView>) -> Self {
         let fits = evaluation.fits.iter().map(|fit| fit.holds);
-        let verdicts: Vec<bool> = fits.chain(evaluation.contests.iter().map(|contest| contest.holds)).flatten().collect();
+        let verdicts: Vec<bool> =
+            fits.chain(evaluation.contests.iter().map(|contest| contest.holds)).flatten().collect();
         let judged = evaluation.fits.iter().find(|fit| fit.holds.is_some());
         Self {
             style: include_str!("../report/style.css"),
@@ -183,7 +184,8 @@ impl<'s> Page<'s> {
 
 impl FitView {
     fn new(fit: &Fit) -> Self {
-        let with = |value: f64, half: f64| format!("{} ± {}", number::significant(value, 5), number::significant(half, 2));
+        let with =
+            |value: f64, half: f64| format!("{} ± {}", number::significant(value, 5), number::significant(half, 2));
         let found = match &fit.found {
             Found::Slope(s) => format!("slope {}", with(s.slope, s.half_width)),
             Found::Curves { fit, .. } => {
@@ -199,7 +201,12 @@ impl FitView {
             predicted: fit.predicted.clone(),
             found,
             residuals: fit.found.residuals().map_or(String::new(), |chi2| {
-                format!("χ² {} of {}, p = {}", number::significant(chi2.statistic, 3), chi2.dof, number::probability(chi2.p))
+                format!(
+                    "χ² {} of {}, p = {}",
+                    number::significant(chi2.statistic, 3),
+                    chi2.dof,
+                    number::probability(chi2.p)
+                )
             }),
             verdict: Verdict::new(fit.holds),
             why: fit.why.clone(),

@@ -89,7 +89,9 @@ impl Run {
         let Ok(header) = exr::read_attributes(&self.output) else { return false };
         let found = |name: &str| header.iter().find(|(known, _)| known == name).map(|(_, text)| text);
         let ours = self.renderer == RendererName::Etendue;
-        self.header.iter().all(|(name, text)| found(name).map_or(!(ours && REQUIRED.contains(name)), |found| found == text))
+        self.header
+            .iter()
+            .all(|(name, text)| found(name).map_or(!(ours && REQUIRED.contains(name)), |found| found == text))
     }
 }
 

@@ -73,7 +73,12 @@ impl Plot {
             escaped(&format!("{}: {} over {}", self.title, self.y_title, self.x_title))
         );
         self.frame(&mut svg, &x, &y);
-        let _ = write!(svg, r#"<clipPath id="c"><rect x="{LEFT}" y="{TOP}" width="{}" height="{}"/></clipPath>"#, RIGHT - LEFT, BOTTOM - TOP);
+        let _ = write!(
+            svg,
+            r#"<clipPath id="c"><rect x="{LEFT}" y="{TOP}" width="{}" height="{}"/></clipPath>"#,
+            RIGHT - LEFT,
+            BOTTOM - TOP
+        );
         for curve in &self.curves {
             curve.draw(&mut svg, &x, &y);
         }
@@ -85,14 +90,23 @@ impl Plot {
         for tick in x.ticks() {
             let at = x.place(tick.value);
             if let Some(label) = &tick.label {
-                let _ = write!(svg, r##"<path d="M{at:.1} {TOP}V{BOTTOM}" stroke="#ddd"/><text x="{at:.1}" y="{}" text-anchor="middle">{label}</text>"##, BOTTOM + 20.0);
+                let _ = write!(
+                    svg,
+                    r##"<path d="M{at:.1} {TOP}V{BOTTOM}" stroke="#ddd"/><text x="{at:.1}" y="{}" text-anchor="middle">{label}</text>"##,
+                    BOTTOM + 20.0
+                );
             }
             let _ = write!(svg, r##"<path d="M{at:.1} {BOTTOM}v-{}" stroke="#000"/>"##, tick.length());
         }
         for tick in y.ticks() {
             let at = y.place(tick.value);
             if let Some(label) = &tick.label {
-                let _ = write!(svg, r##"<path d="M{LEFT} {at:.1}H{RIGHT}" stroke="#ddd"/><text x="{}" y="{:.1}" text-anchor="end">{label}</text>"##, LEFT - 8.0, at + 4.5);
+                let _ = write!(
+                    svg,
+                    r##"<path d="M{LEFT} {at:.1}H{RIGHT}" stroke="#ddd"/><text x="{}" y="{:.1}" text-anchor="end">{label}</text>"##,
+                    LEFT - 8.0,
+                    at + 4.5
+                );
             }
             let _ = write!(svg, r##"<path d="M{LEFT} {at:.1}h{}" stroke="#000"/>"##, tick.length());
         }
@@ -121,10 +135,21 @@ impl Plot {
             at += 20.0;
         }
         if self.curves.iter().any(|curve| !curve.prediction.is_empty()) {
-            let _ = write!(svg, r##"<path d="M{LEGEND} {at}h24" stroke="#444" stroke-width="1.5" stroke-dasharray="5 3"/><text x="{}" y="{}">predicted</text>"##, LEGEND + 32.0, at + 4.5);
+            let _ = write!(
+                svg,
+                r##"<path d="M{LEGEND} {at}h24" stroke="#444" stroke-width="1.5" stroke-dasharray="5 3"/><text x="{}" y="{}">predicted</text>"##,
+                LEGEND + 32.0,
+                at + 4.5
+            );
             at += 20.0;
         }
-        let _ = write!(svg, r##"<rect x="{LEGEND}" y="{}" width="24" height="10" fill="#444" opacity="0.2"/><text x="{}" y="{}">±2 s.e.</text>"##, at - 5.0, LEGEND + 32.0, at + 4.5);
+        let _ = write!(
+            svg,
+            r##"<rect x="{LEGEND}" y="{}" width="24" height="10" fill="#444" opacity="0.2"/><text x="{}" y="{}">±2 s.e.</text>"##,
+            at - 5.0,
+            LEGEND + 32.0,
+            at + 4.5
+        );
     }
 }
 
@@ -147,13 +172,21 @@ impl Curve {
         }
         if self.prediction.len() > 1 {
             let line: Vec<_> = self.prediction.iter().map(|[at, value]| place(*at, *value)).collect();
-            let _ = write!(svg, r##"<path d="M{}" fill="none" stroke="{colour}" stroke-width="1.5" stroke-dasharray="5 3" clip-path="url(#c)"/>"##, line.join("L"));
+            let _ = write!(
+                svg,
+                r##"<path d="M{}" fill="none" stroke="{colour}" stroke-width="1.5" stroke-dasharray="5 3" clip-path="url(#c)"/>"##,
+                line.join("L")
+            );
         }
         for dot in &self.dots {
             let at = x.place(dot.x);
             if dot.is_limit() {
                 let top = y.place(dot.band()[1]);
-                let _ = write!(svg, r#"<path d="M{:.1} {top:.1}h10m-5 0v16m-4 -5l4 5l4 -5" fill="none" stroke="{colour}" stroke-width="1.3"/>"#, at - 5.0);
+                let _ = write!(
+                    svg,
+                    r#"<path d="M{:.1} {top:.1}h10m-5 0v16m-4 -5l4 5l4 -5" fill="none" stroke="{colour}" stroke-width="1.3"/>"#,
+                    at - 5.0
+                );
             } else {
                 let [low, high] = dot.band().map(|end| y.place(end));
                 let _ = write!(svg, r#"<path d="M{at:.1} {low:.1}V{high:.1}" stroke="{colour}"/>"#);

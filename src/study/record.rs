@@ -141,7 +141,9 @@ mod tests {
         assert_eq!(read("rows.jsonl"), json.to_owned() + &json.replace("0.1", "null"));
         assert_eq!(read("rows.csv"), "name,seed,x,ssim\n\"a, \"\"b\"\"\",3,0.1,\n\"a, \"\"b\"\"\",3,,\n");
         append(folder.path(), "rows", &line(1e-12)).unwrap();
-        assert!(read("rows.jsonl").ends_with("\"x\":1e-12,\"ssim\":null}\n") && read("rows.csv").ends_with(",3,1e-12,\n"));
+        assert!(
+            read("rows.jsonl").ends_with("\"x\":1e-12,\"ssim\":null}\n") && read("rows.csv").ends_with(",3,1e-12,\n")
+        );
     }
 
     #[test]

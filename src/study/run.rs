@@ -30,7 +30,11 @@ impl Maker {
     /// # Errors
     /// The first that occurs: what a process said that failed, or what `made` answers. Those that are under way are finished
     /// then, and no other is begun.
-    pub fn make(&self, runs: &[&Run], made: &(dyn Fn(&Run) -> Result<(), StudyError> + Sync)) -> Result<(), StudyError> {
+    pub fn make(
+        &self,
+        runs: &[&Run],
+        made: &(dyn Fn(&Run) -> Result<(), StudyError> + Sync),
+    ) -> Result<(), StudyError> {
         let (next, failed) = (Mutex::new(runs.iter()), Mutex::new(None));
         let stop = AtomicBool::new(false);
         thread::scope(|scope| {
@@ -57,7 +61,8 @@ impl Maker {
         let fault = |what: String| StudyError::Run { cell: run.cell.clone(), seed: run.seed, what };
         let mut command = Command::new(&self.program);
         command.args(arguments).arg("--threads").arg(self.threads.to_string()).arg("-o").arg(&run.output);
-        let output = command.stdin(Stdio::null()).stdout(Stdio::null()).output().map_err(|error| fault(error.to_string()))?;
+        let output =
+            command.stdin(Stdio::null()).stdout(Stdio::null()).output().map_err(|error| fault(error.to_string()))?;
         if !output.status.success() {
             let said = String::from_utf8_lossy(&output.stderr);
             let last = said.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("it said nothing").to_owned();

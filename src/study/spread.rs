@@ -55,9 +55,11 @@ impl Spread {
         let noise_mean = noise.map_or(0.0, |noise| noise.iter().sum::<f64>() / n);
         // Squared distances, by run: to the reference and to the mean; and how far the run lies from the mean along the bias.
         let of_run = |run: &Vec<f64>| {
-            let terms = run.iter().zip(reference).zip(&mean).map(|((x, r), m)| {
-                [(x - r).powi(2), (x - m).powi(2), (x - m) * (m - r), x - r]
-            });
+            let terms = run
+                .iter()
+                .zip(reference)
+                .zip(&mean)
+                .map(|((x, r), m)| [(x - r).powi(2), (x - m).powi(2), (x - m) * (m - r), x - r]);
             let sum = terms.fold([0.0; 4], |sum, term| [0, 1, 2, 3].map(|i| sum[i] + term[i]));
             sum.map(|x| x / n)
         };
@@ -74,8 +76,12 @@ impl Spread {
                 let variance = (scatter - s[1] * count / left) / (left - 1.0);
                 (variance, parts(variance, away - 2.0 * s[2] / left + s[1] / (left * left), left))
             };
-            let left_out: Vec<(f64, f64)> = if runs.len() > 2 { sums.iter().map(without).collect() } else { Vec::new() };
-            let of = |value, part: fn(&(f64, f64)) -> f64| Uncertain { value, std_error: jackknife(left_out.iter().map(part)) };
+            let left_out: Vec<(f64, f64)> =
+                if runs.len() > 2 { sums.iter().map(without).collect() } else { Vec::new() };
+            let of = |value, part: fn(&(f64, f64)) -> f64| Uncertain {
+                value,
+                std_error: jackknife(left_out.iter().map(part)),
+            };
             (of(variance, |part| part.0), of(bias_squared, |part| part.1))
         });
         // The reference is the same for all runs: its errors e of variance v add e² − v to what is found, and 2 e times what
@@ -104,7 +110,10 @@ fn jackknife(without: impl Iterator<Item = f64>) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use rand_pcg::{Pcg64Mcg, rand_core::{Rng as _, SeedableRng as _}};
+    use rand_pcg::{
+        Pcg64Mcg,
+        rand_core::{Rng as _, SeedableRng as _},
+    };
 
     use super::*;
 

@@ -23,7 +23,9 @@ pub(super) fn mean(test: &RgbImage, reference: &RgbImage) -> Option<f64> {
         return None;
     }
     let luma = |picture: &RgbImage| -> Vec<f64> {
-        let of = |p: &image::Rgb<u8>| (0.2126 * f64::from(p[0]) + 0.7152 * f64::from(p[1]) + 0.0722 * f64::from(p[2])) / 255.0;
+        let of = |p: &image::Rgb<u8>| {
+            (0.2126 * f64::from(p[0]) + 0.7152 * f64::from(p[1]) + 0.0722 * f64::from(p[2])) / 255.0
+        };
         picture.pixels().map(of).collect()
     };
     let (x, y) = (luma(test), luma(reference));
@@ -41,14 +43,12 @@ pub(super) fn mean(test: &RgbImage, reference: &RgbImage) -> Option<f64> {
 
 /// The Gaussian means about all pixels whose windows lie within, row by row.
 fn blurred(values: &[f64], width: usize) -> Vec<f64> {
-    let weights: Vec<f64> = (0..=2 * REACH)
-        .map(|i| (-0.5 * ((i as f64 - REACH as f64) / SIGMA).powi(2)).exp())
-        .collect();
+    let weights: Vec<f64> =
+        (0..=2 * REACH).map(|i| (-0.5 * ((i as f64 - REACH as f64) / SIGMA).powi(2)).exp()).collect();
     let total: f64 = weights.iter().sum();
     let along = |line: &dyn Fn(usize) -> f64| weights.iter().enumerate().map(|(i, w)| w * line(i)).sum::<f64>() / total;
     let (inner, height) = (width - 2 * REACH, values.len() / width);
-    let rows: Vec<f64> =
-        (0..inner * height).map(|i| along(&|k| values[i / inner * width + i % inner + k])).collect();
+    let rows: Vec<f64> = (0..inner * height).map(|i| along(&|k| values[i / inner * width + i % inner + k])).collect();
     (0..inner * (height - 2 * REACH)).map(|i| along(&|k| rows[i + k * inner])).collect()
 }
 

@@ -69,7 +69,7 @@ impl Curve {
     pub(super) fn words(&self) -> String {
         match *self {
             Self::Independent => "1/N".into(),
-            Self::Constant => "a constant".into(),
+            Self::Constant => "1".into(),
             Self::Power { exponent } => format!("N^{exponent}"),
             Self::ProgressiveVariance { alpha } => format!("the variance of progressive passes, α = {alpha:.4}"),
             Self::ProgressiveBias { alpha } => format!("the bias of progressive passes, α = {alpha:.4}"),

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use super::{
-    Plan, Study, StudyError, mask,
+    Plan, Study, StudyError,
     form::{ReferenceForm, SceneForm},
+    mask,
 };
 use crate::{
     comparison::{ComparisonError, Reference, Side, Uncertainty},
@@ -87,7 +88,8 @@ impl Truth {
         let reference = Reference::load(&path)?;
         reference.check_fresh(&path, &study.path(scene.file.as_ref()))?;
         if layer.is_some_and(|layer| !layer.is_empty()) {
-            let what = "a reference folder has no layers; write reference_layer = \"\" for its beauty, or another reference";
+            let what =
+                "a reference folder has no layers; write reference_layer = \"\" for its beauty, or another reference";
             return Err(study.fault(scene.reference.span().start, what));
         }
         Ok(Self {
@@ -100,7 +102,9 @@ impl Truth {
 
     /// The mean of runs; its noise is known from their scatter, or from the variances of the image if it is one.
     fn of_runs(plan: &Plan, index: usize, layer: Option<&str>) -> Result<Option<Self>, StudyError> {
-        let Some(cell) = plan.cells.iter().find(|cell| cell.scene == index && cell.method.is_none()) else { return Ok(None) };
+        let Some(cell) = plan.cells.iter().find(|cell| cell.scene == index && cell.method.is_none()) else {
+            return Ok(None);
+        };
         if !cell.runs.iter().all(super::Run::is_made) {
             return Ok(None);
         }
@@ -129,7 +133,13 @@ impl Truth {
     ///
     /// # Errors
     /// If it has another size, or the mask leaves no pixel.
-    pub(super) fn fitted(&self, study: &Study, scene: &SceneForm, picture: &Picture, name: &str) -> Result<Target, StudyError> {
+    pub(super) fn fitted(
+        &self,
+        study: &Study,
+        scene: &SceneForm,
+        picture: &Picture,
+        name: &str,
+    ) -> Result<Target, StudyError> {
         let found = (picture.width, picture.height);
         let expected = self.size.unwrap_or(found);
         if found != expected {
@@ -140,7 +150,8 @@ impl Truth {
             None => vec![values[0]; picture.pixels.len()],
         };
         let pixels = spread(&self.pixels);
-        let mask = scene.mask.as_ref().map(|form| (mask::mark(form.as_ref(), picture.width, &pixels), form.span().start));
+        let mask =
+            scene.mask.as_ref().map(|form| (mask::mark(form.as_ref(), picture.width, &pixels), form.span().start));
         if let Some((marks, at)) = &mask
             && !marks.contains(&true)
         {

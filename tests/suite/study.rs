@@ -95,7 +95,9 @@ fn a_study_from_one_end_to_the_other() {
         assert!(read(&folder, svg).starts_with("<svg"), "{svg}");
     }
     let cell: serde_json::Value = serde_json::from_str(read(&folder, "cells.jsonl").lines().last().unwrap()).unwrap();
-    for known in ["rmse_se", "variance_se", "bias_squared_se", "rmse_masked", "flip", "ssim", "efficiency", "peak_bytes"] {
+    for known in
+        ["rmse_se", "variance_se", "bias_squared_se", "rmse_masked", "flip", "ssim", "efficiency", "peak_bytes"]
+    {
         assert!(cell[known].is_number(), "{known}: {cell}");
     }
 
@@ -114,7 +116,10 @@ fn a_study_from_one_end_to_the_other() {
 
 /// Without fits, so that a single seed will do.
 fn short() -> String {
-    STUDY[..STUDY.find("[[fit]]").unwrap()].replace("seeds = 8", "seeds = 2").replace("4096", "64").replace(", 64, 256", "")
+    STUDY[..STUDY.find("[[fit]]").unwrap()]
+        .replace("seeds = 8", "seeds = 2")
+        .replace("4096", "64")
+        .replace(", 64, 256", "")
 }
 
 #[test]
@@ -156,7 +161,11 @@ fn a_wrong_prediction_fails() {
     let folder = folder(&STUDY.replace("slope = -0.5", "slope = -0.65"));
     let said = study(&folder, "");
     assert_eq!(said.code, Some(1), "{}", said.out);
-    assert!(said.out.contains("FAILS  RMSE, path on room") && said.out.contains("outside of its interval"), "{}", said.out);
+    assert!(
+        said.out.contains("FAILS  RMSE, path on room") && said.out.contains("outside of its interval"),
+        "{}",
+        said.out
+    );
     assert!(read(&folder, "index.html").contains("1 of 2 predictions fails"));
 }
 
@@ -169,14 +178,21 @@ fn a_fit_without_power_fails() {
 
 #[test]
 fn what_cannot_be_a_study_is_one_line() {
-    let other_size = short().replace("reference = {render = {integrator = \"path\", spp = 64}}", "reference = {image = \"other.exr\"}");
+    let other_size = short()
+        .replace("reference = {render = {integrator = \"path\", spp = 64}}", "reference = {image = \"other.exr\"}");
     let cases = [
         (short().replace("seeds", "seedz"), "study.toml:4:1: unknown field `seedz`"),
         (short().replace("seeds = 2", "seeds = 0"), "study.toml:4:9: seeds is 0; write 1 to 1024"),
-        (STUDY.replace("seeds = 8", "seeds = 1"), "study.toml:4:9: seeds is 1, but [[fit]] and [[compare]] need the scatter"),
+        (
+            STUDY.replace("seeds = 8", "seeds = 1"),
+            "study.toml:4:9: seeds is 1, but [[fit]] and [[compare]] need the scatter",
+        ),
         (short().replace("scene.xml", "missing.xml"), "study.toml:7:8: there is no scene missing.xml"),
         (short().replace("[4, 16]", "[4, inf]"), "what is varied takes whole numbers from 1"),
-        (short().replace("integrator = \"path\"\nvary", "integrator = \"pth\"\nvary"), "no integrator is called \"pth\""),
+        (
+            short().replace("integrator = \"path\"\nvary", "integrator = \"pth\"\nvary"),
+            "no integrator is called \"pth\"",
+        ),
         (short().replace("y = [4, 12]", "above = 1e9"), "study.toml:9:8: the mask leaves no pixel"),
         (other_size, "is 12x12 pixels; the reference has 10x12"),
         ("title = ".into(), "study.toml:1:"),

@@ -65,7 +65,11 @@ impl LogAxis {
         };
         let inside = |tick: &Tick| (low..=high).contains(&tick.value.log10());
         let minor = if decades > 9 { 2 } else { 10 };
-        (first..=last).flat_map(|decade| (1..minor).map(move |digit| (digit, decade))).map(|(d, e)| tick(d, e)).filter(inside).collect()
+        (first..=last)
+            .flat_map(|decade| (1..minor).map(move |digit| (digit, decade)))
+            .map(|(d, e)| tick(d, e))
+            .filter(inside)
+            .collect()
     }
 }
 
