@@ -54,6 +54,7 @@ pub fn laws() -> impl Iterator<Item = &'static Law> {
         integrator::laws::progressive::pixel::LAWS,
         integrator::laws::progressive::finite::LAWS,
         integrator::laws::progressive::flux::LAWS,
+        integrator::laws::progressive::glossy::LAWS,
         integrator::laws::progressive::pane::LAWS,
         render::laws::LAWS,
         render::laws::light::LAWS,

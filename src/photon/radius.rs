@@ -71,8 +71,9 @@ impl PixelRadius {
 
     /// After a pass that found so many photons within it: of those added, the share α stays within.
     ///
-    /// Where every pass finds the same number, the square after n passes is `Γ(n+1) Γ(1/α) / Γ(n+1/α)`, which tends to
-    /// `Γ(1/α) n^(1-1/α)`: an α here does what 2 - 1/α does in [`of_pass`].
+    /// In even light a pass finds photons in proportion to the disc, so that the square after n passes is
+    /// `Γ(n+α) / (Γ(α) Γ(n+1))`, which tends to `n^(α-1) / Γ(α)`: at the rate of [`of_pass`], from α after the first pass on.
+    /// If every pass found the same number whatever the disc, it would be `Γ(n+1) Γ(1/α) / Γ(n+1/α)`.
     /// Hachisuka and Jensen 2009, "Stochastic Progressive Photon Mapping", eq. (3) and (4).
     #[must_use]
     pub fn after(self, found: u32, alpha: f64) -> Self {

@@ -1,34 +1,39 @@
 //! Slopes of logarithmic plots.
 
-use crate::{law::Finding, stats::normal};
+use crate::{
+    law::Finding,
+    stats::{self, Moments, Slope, student},
+};
 
-/// A point of a logarithmic plot.
+/// The mean of something, of which an expectation is known, at a number of something else.
 pub(super) struct Point {
-    pub(super) x: f64,
-    pub(super) y: f64,
+    pub(super) count: f64,
+    /// Above 0, as the expectation is.
+    pub(super) found: Moments,
     pub(super) expected: f64,
-    /// The standard error of `y`.
-    pub(super) error: f64,
 }
 
 impl Point {
-    /// Of a measured number with its standard error, at a number of something.
-    pub(super) fn new(count: f64, found: f64, error: f64, expected: f64) -> Self {
-        Self { x: count.ln(), y: found.ln(), expected: expected.ln(), error: error / found }
+    /// With another height at the same relative error, so that slopes weigh it the same.
+    fn at(&self, y: f64) -> stats::Point {
+        let error = self.found.std_error().expect("a law takes two samples or more") / self.found.mean;
+        stats::Point { x: self.count, y, std_error: error * y, dof: self.found.n as f64 - 1.0 }
     }
 }
 
 /// The slope by least squares with known errors, against that of the expectations; beside it that in the limit.
 pub(super) fn slope(subject: impl Into<String>, points: &[Point], limit: f64) -> Finding {
-    let weight = |point: &Point| point.error.powi(-2);
-    let total: f64 = points.iter().map(weight).sum();
-    let middle = points.iter().map(|point| weight(point) * point.x).sum::<f64>() / total;
-    let spread: f64 = points.iter().map(|point| weight(point) * (point.x - middle).powi(2)).sum();
-    let slope = |y: fn(&Point) -> f64| {
-        points.iter().map(|point| weight(point) * (point.x - middle) * y(point)).sum::<f64>() / spread
+    let line = |y: &dyn Fn(&Point) -> f64| {
+        let points: Vec<_> = points.iter().map(|point| point.at(y(point))).collect();
+        Slope::weighted(&points).expect("there are three points or more, above 0")
     };
-    let (found, expected, error) = (slope(|point| point.y), slope(|point| point.expected), spread.sqrt().recip());
-    let half = normal::two_sided_z(0.05) * error;
-    let statistic = format!("{found:.4} ± {half:.4} (95 %), predicted {expected:.4}, in the limit {limit:.4}");
-    Finding::test(subject, statistic, normal::two_sided_p((found - expected) / error))
+    // What is found over what is expected is even.
+    let excess = line(&|point| point.found.mean / point.expected);
+    let expected = line(&|point| point.expected).slope;
+    let statistic = format!(
+        "{:.4} ± {:.4} (95 %), predicted {expected:.4}, in the limit {limit:.4}",
+        expected + excess.slope,
+        excess.half_width
+    );
+    Finding::test(subject, statistic, student::two_sided_p(excess.slope / excess.std_error, excess.dof))
 }

@@ -38,7 +38,7 @@ use crate::{
 ///
 /// | `radius_schedule` | the square of the radius after n passes | passes |
 /// |---|---|---|
-/// | `per_pixel` | shrinks by the photons found, where they are as many in each pass like `n^(1-1/α)` | build on one another |
+/// | `per_pixel` | shrinks by the photons found: where light is even, it tends to `n^(α-1) / Γ(α)` times the first | build on one another |
 /// | `error_driven` | halves where photons tell that the estimate is biased, else it stays; no `alpha` | build on one another |
 /// | `per_pass` | `n^(α-1) / Γ(1+α)` times the first | are independent, and can be rendered anywhere in any order |
 ///

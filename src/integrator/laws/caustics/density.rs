@@ -179,8 +179,7 @@ fn convergence(effort: Effort) -> Vec<Finding> {
         let (errors, prediction) = (column(&found, 0), predicted(emitted as u32, &lookup));
         let expected = (prediction.mean - truth()).powi(2) + prediction.variance;
         findings.push(Finding::mean(format!("{emitted} photons, mean square error"), &errors, expected));
-        let error = errors.std_error().expect("there are two lots or more");
-        points.push(Point::new(emitted as f64, errors.mean, error, expected));
+        points.push(Point { count: emitted as f64, found: errors, expected });
     }
     findings.push(slope("slope of the mean square error", &points, -2.0 / 3.0));
     findings

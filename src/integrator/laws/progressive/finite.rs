@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::{Image, PER_PASS, PER_PIXEL, Setup, sppm};
+use super::{ERROR_DRIVEN, Image, PER_PASS, PER_PIXEL, Setup, sppm, squares_of_passes};
 use crate::{
     integrator::laws::{
         caustics::theory::density::{Photons, Prediction, point_light},
@@ -14,7 +14,7 @@ use crate::{
     },
     law::{Effort, Finding, Law},
     math::{Ray, Rgb},
-    photon::{Kernel, radius::of_pass},
+    photon::Kernel,
     stats::{Estimate, Moments},
 };
 
@@ -136,11 +136,11 @@ struct Points([Vec<Point>; 2]);
 impl Points {
     /// Takes the moments of errors, and those of their squares, of which the first have this bias.
     fn push(&mut self, passes: u32, [errors, squares]: &[Moments; 2], bias: f64, expected: Prediction) {
-        let error = |moments: &Moments| moments.std_error().expect("there are two images or more");
-        let n = f64::from(passes);
+        let count = f64::from(passes);
         // Light that is brightest in the middle is blurred darker.
-        self.0[0].push(Point::new(n, -bias - errors.mean, error(errors), truth() - expected.mean));
-        self.0[1].push(Point::new(n, squares.mean, error(squares), expected.variance));
+        let darker = Moments { mean: -bias - errors.mean, ..*errors };
+        self.0[0].push(Point { count, found: darker, expected: truth() - expected.mean });
+        self.0[1].push(Point { count, found: *squares, expected: expected.variance });
     }
 
     fn slopes(&self, name: &str, alpha: f64) -> [Finding; 2] {
@@ -160,7 +160,7 @@ fn passes(effort: Effort) -> Vec<Finding> {
         let name = format!("α = {alpha:.3}");
         let mut points = Points::default();
         for n in PASSES {
-            let expected = blur.over((0..n).map(|pass| of_pass(pass, alpha)));
+            let expected = blur.over(squares_of_passes(alpha).take(n as usize));
             let image = |number: u32| {
                 let mut image = Image::new(&setup, 72 + 10 * case as u64 + u64::from(n), u64::from(number));
                 let mut errors = [-expected.mean; PLACES as usize];
@@ -193,6 +193,38 @@ fn mean_and_square(errors: [f64; PLACES as usize]) -> [f64; 2] {
 /// the bias, the variance and the square of the last radius that its own radii must give.
 type OfPixels = [f64; 5];
 
+/// Images with the moments that their own radii must give.
+struct Given {
+    errors: Moments,
+    squares: Moments,
+    /// Squares of errors less the variance that they should have, which differs from image to image.
+    excess: Moments,
+    /// The mean bias and the mean variance that should be.
+    expected: (f64, f64),
+}
+
+impl Given {
+    fn of(images: &[OfPixels]) -> Self {
+        let column = |i: usize| images.iter().map(|image| image[i]).collect::<Moments>();
+        Self {
+            errors: column(0),
+            squares: column(1),
+            excess: images.iter().map(|image| image[1] - image[3]).collect(),
+            expected: (column(2).mean, column(3).mean),
+        }
+    }
+
+    fn bias(&self, name: &str) -> Finding {
+        let biases = Moments { mean: self.errors.mean + self.expected.0, ..self.errors };
+        Finding::mean(format!("{name}, bias"), &biases, self.expected.0)
+    }
+
+    fn variance(&self, name: &str) -> Finding {
+        let variances = Moments { mean: self.excess.mean + self.expected.1, ..self.excess };
+        Finding::mean(format!("{name}, variance"), &variances, self.expected.1)
+    }
+}
+
 fn pixels(effort: Effort) -> Vec<Finding> {
     const PHOTONS: u32 = 4000;
     let mut findings = Vec::new();
@@ -207,22 +239,38 @@ fn pixels(effort: Effort) -> Vec<Finding> {
             let seed = 172 + 10 * case as u64 + u64::from(n);
             let image = |number: u32| of_pixels(&mut Image::new(&setup, seed, u64::from(number)), &blur, n);
             let found: Vec<_> = (0..effort.samples(1024 / n)).into_par_iter().map(image).collect();
-            let [errors, squares, bias, variance, last] =
-                [0, 1, 2, 3, 4].map(|i| found.iter().map(|image: &OfPixels| image[i]).collect::<Moments>());
-            // Squares of errors less the variance that they should have, which differs from image to image.
-            let excess: Moments = found.iter().map(|image| image[1] - image[3]).collect();
-            let biases = Moments { mean: errors.mean + bias.mean, ..errors };
-            let variances = Moments { mean: excess.mean + variance.mean, ..excess };
-            findings.push(Finding::mean(format!("{name}, {n} passes, bias"), &biases, bias.mean));
-            findings.push(Finding::mean(format!("{name}, {n} passes, variance"), &variances, variance.mean));
+            let given = Given::of(&found);
+            findings.push(given.bias(&format!("{name}, {n} passes")));
+            findings.push(given.variance(&format!("{name}, {n} passes")));
+            let last: Moments = found.iter().map(|image| image[4]).collect();
             let last = Estimate::from_moments(&last).expect("there are two images or more");
             let expected_last = Estimate::exact(expected_squares[n as usize]);
             findings.push(Finding::equivalent(format!("{name}, r² after {n} passes"), &last, &expected_last, 0.02));
-            points.push(n, &[errors, squares], bias.mean, expected);
+            points.push(n, &[given.errors, given.squares], given.expected.0, expected);
         }
         findings.extend(points.slopes(&name, alpha));
     }
+    findings.extend(error_driven(effort));
     findings
+}
+
+/// Radii that depend on all that was found, which biases nothing: what has been found is no part of what is found next.
+fn error_driven(effort: Effort) -> [Finding; 3] {
+    const PHOTONS: u32 = 4000;
+    const PASSES: u32 = 16;
+    let setup = setup(0.7, "epanechnikov", ERROR_DRIVEN, PHOTONS);
+    let blur = Blur::new(Kernel::Epanechnikov, PHOTONS);
+    let image = |number: u32| of_pixels(&mut Image::new(&setup, 271, u64::from(number)), &blur, PASSES);
+    let found: Vec<_> = (0..effort.samples(64)).into_par_iter().map(image).collect();
+    let given = Given::of(&found);
+    let name = format!("by its error, {PASSES} passes");
+    let least = found.iter().map(|image| image[4]).fold(f64::INFINITY, f64::min);
+    [
+        given.bias(&name),
+        given.variance(&name),
+        // Each false alarm would halve them; a bias that is told of must, at least once.
+        Finding::error(format!("{name}, 1 if no radius shrank"), f64::from(least >= 1.0), 0.0),
+    ]
 }
 
 fn of_pixels(image: &mut Image<'_>, blur: &Blur, passes: u32) -> OfPixels {

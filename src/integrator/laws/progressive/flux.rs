@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::{Image, PER_PASS, PER_PIXEL, Setup, sppm};
+use super::{ERROR_DRIVEN, Image, PER_PASS, PER_PIXEL, Setup, sppm};
 use crate::{
     integrator::laws::{ALBEDO, GLASS, RADIANCE, room, rooms::series},
     law::{Effort, Finding, Law},
@@ -17,7 +17,7 @@ use crate::{
 pub const LAWS: &[Law] = &[Law {
     name: "progressive/flux",
     claim: "In a closed box that shines with E and reflects ρ each single pass, whatever its radius, shows E / (1 - ρ), and up to a greatest depth \
-            E (1 + ρ + ...): on the walls, in a mirror, in rough metal and through glass, by every kernel, with a radius for each pixel and for each pass, with light \
+            E (1 + ρ + ...): on the walls, in a mirror, in rough metal and through glass, by every kernel, with a radius for each pixel, by its finds or its error, and for each pass, with light \
             straight from lights found by connections and in photons.",
     source: "geometric series; an estimate by a normed kernel is without bias where light is even, whatever its radius",
     check: furnace,
@@ -30,10 +30,11 @@ const PHOTONS: u32 = 1500;
 const PASSES: [u32; 4] = [0, 1, 5, 50];
 /// The schedule, how light straight from lights is found, the kernel, and the greatest depth.
 type Case = (&'static str, &'static str, &'static str, i32);
-const CASES: [Case; 8] = [
+const CASES: [Case; 9] = [
     (PER_PIXEL, "map", "constant", -1),
     (PER_PIXEL, "traced", "epanechnikov", -1),
     (PER_PIXEL, "map", "cone", 4),
+    (ERROR_DRIVEN, "map", "epanechnikov", -1),
     (PER_PASS, "map", "epanechnikov", -1),
     (PER_PASS, "traced", "constant", -1),
     (PER_PASS, "traced", "cone", -1),
@@ -147,7 +148,7 @@ fn ratios(image: &mut Image<'_>, (schedule, _, _, max_depth): Case) -> Ratios {
     // A thing takes a segment.
     let truth = [0, 1].map(|segments| series(RADIANCE, ALBEDO, (max_depth >= 0).then_some(max_depth - segments)));
     // Without a memory a pass needs none before it.
-    let all = (0..=PASSES[PASSES.len() - 1]).filter(|pass| schedule == PER_PIXEL || PASSES.contains(pass));
+    let all = (0..=PASSES[PASSES.len() - 1]).filter(|pass| schedule != PER_PASS || PASSES.contains(pass));
     for pass in all {
         image.pass(pass);
         let at = PASSES.iter().position(|known| *known == pass);

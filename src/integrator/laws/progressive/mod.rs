@@ -2,6 +2,7 @@
 
 pub mod finite;
 pub mod flux;
+pub mod glossy;
 pub mod pane;
 pub mod pixel;
 pub mod radius;
@@ -15,6 +16,13 @@ use crate::{
 
 const PER_PASS: &str = "per_pass";
 const PER_PIXEL: &str = "per_pixel";
+const ERROR_DRIVEN: &str = "error_driven";
+
+/// The squares of the radii of passes over that of the first, as a product.
+fn squares_of_passes(alpha: f64) -> impl Iterator<Item = f64> {
+    let ratio = move |(i, squared): &(f64, f64)| Some((i + 1.0, squared * (i + alpha) / (i + 1.0)));
+    std::iter::successors(Some((1.0, 1.0)), ratio).map(|(_, squared)| squared)
+}
 
 /// An integrator with these parameters, each `type name=value`.
 fn sppm(params: &str) -> String {
@@ -57,6 +65,8 @@ impl<'s> Image<'s> {
 
     /// The squares of the radii of the next pass over those of the first, of all pixels; empty with a radius for each pass.
     fn squares(&self) -> Vec<f64> {
-        self.integrator.memory().chunks_exact(2).map(|pair| pair[0]).collect()
+        let memory = self.integrator.memory();
+        let pixels = self.setup.scene.sensor.film.rendered().width as usize;
+        memory.chunks(memory.len().div_ceil(pixels).max(1)).map(|of_pixel| of_pixel[0]).collect()
     }
 }

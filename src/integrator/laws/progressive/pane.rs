@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_1_PI, PI, TAU};
 use glam::{DQuat, DVec2};
 use rayon::prelude::*;
 
-use super::{Image, PER_PASS, PER_PIXEL, Setup, sppm};
+use super::{Image, PER_PASS, PER_PIXEL, Setup, sppm, squares_of_passes};
 use crate::{
     integrator::laws::{
         ALBEDO, CHANNELS,
@@ -16,7 +16,7 @@ use crate::{
     },
     law::{Effort, Finding, Law},
     math::Ray,
-    photon::{Kernel, radius::of_pass},
+    photon::Kernel,
     stats::{Estimate, Moments},
 };
 
@@ -97,6 +97,7 @@ fn blurred(which: usize) -> f64 {
         count: PHOTONS,
     };
     let seen = PANE.footprints(eye, looking(degrees)).next().expect("there is an order 0");
-    let mean = |pass| photons.within(Kernel::Epanechnikov, seen.place, RADIUS * of_pass(pass, ALPHA).sqrt()).mean;
-    seen.weight * FRAC_1_PI * (0..PASSES).map(mean).sum::<f64>() / f64::from(PASSES)
+    let mean = |squared: f64| photons.within(Kernel::Epanechnikov, seen.place, RADIUS * squared.sqrt()).mean;
+    let sum: f64 = squares_of_passes(ALPHA).take(PASSES as usize).map(mean).sum();
+    seen.weight * FRAC_1_PI * sum / f64::from(PASSES)
 }

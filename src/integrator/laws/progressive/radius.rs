@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use super::squares_of_passes;
 use crate::{
     law::{Effort, Finding, Law, worst},
     photon::radius::{PixelRadius, of_pass},
@@ -47,11 +48,8 @@ fn radii(_: Effort) -> Vec<Finding> {
     }
     findings.extend(worst(1e-9, |note| {
         for alpha in ALPHAS {
-            let mut product = 1.0;
-            for pass in 0..PASSES {
+            for (pass, product) in (0..PASSES).zip(squares_of_passes(alpha)) {
                 note("passes against the product", (of_pass(pass, alpha) / product - 1.0).abs());
-                let i = f64::from(pass) + 1.0;
-                product *= (i + alpha) / (i + 1.0);
             }
         }
     }));
