@@ -191,7 +191,10 @@ impl Checkpoint {
             return Err(format!("is of {difference}"));
         }
         if let Some(twice) = other.record.taken.iter().find(|range| self.record.taken.overlaps(range)) {
-            return Err(format!("has samples that are there already: it has {}", in_words(&[twice.clone()])));
+            return Err(format!(
+                "has samples that are there already: it has {}",
+                in_words(std::slice::from_ref(twice))
+            ));
         }
         if !self.memory.is_empty() || !other.memory.is_empty() {
             return Err(
