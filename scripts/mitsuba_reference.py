@@ -21,7 +21,7 @@ import tempfile
 import time
 import tomllib
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -119,8 +119,11 @@ def full_llvm_version(path: Path) -> str:
     return ".".join(str(part.value) for part in parts)
 
 
-def start_mitsuba() -> Renderer:
-    """Import Mitsuba in `llvm_ad_rgb`, or in `scalar_rgb` (some twenty times slower) if no LLVM library is found."""
+def start_mitsuba(variant: str | None = None) -> Renderer:
+    """Import Mitsuba in `variant`.
+
+    Without one, that is `llvm_ad_rgb`, or `scalar_rgb` (some twenty times slower) if no LLVM library is found.
+    """
     named = os.environ.get("DRJIT_LIBLLVM_PATH")
     library = Path(named) if named else newest_llvm()
     if library is not None:
@@ -131,10 +134,17 @@ def start_mitsuba() -> Renderer:
         import mitsuba as mi
     except ImportError as error:
         raise UserError(f"cannot import mitsuba ({error}); install scripts/requirements.txt") from error
-    if library is None:
+    if library is None and variant is None:
         print(f"no libLLVM of version {OLDEST_LLVM} or later found: falling back to scalar_rgb, which is slow", file=sys.stderr)
-    variant = "scalar_rgb" if library is None else "llvm_ad_rgb"
-    mi.set_variant(variant)
+    variant = variant or ("scalar_rgb" if library is None else "llvm_ad_rgb")
+    if variant not in mi.variants():
+        raise UserError(f"Mitsuba has no variant {variant!r}; it has: {', '.join(mi.variants())}")
+    if library is None and variant.startswith("llvm"):
+        raise UserError(f"{variant} needs libLLVM of version {OLDEST_LLVM} or later; there is none")
+    try:
+        mi.set_variant(variant)
+    except (ImportError, RuntimeError) as error:
+        raise UserError(f"cannot start Mitsuba's {variant}: {' '.join(str(error).split())}") from error
     mi.set_log_level(mi.LogLevel.Error)
     mitsuba_bsdfs.register(mi)
     return Renderer(mi, variant, "none" if library is None else full_llvm_version(library))
@@ -233,6 +243,21 @@ def file_hashes(scene: Path, params: Params | None = None) -> dict[str, str]:
     return hashes
 
 
+def scene_hash(scene: Path, params: Params | None = None) -> str:
+    """The `etendue.scene_sha256` of our images: the SHA-256 of those of all files, XML files in order of reading first."""
+    files, others = [scene], set()
+    for element in scene_elements(scene, params):
+        if element.tag == "include" and (path := include_path(element, scene.parent)) not in files:
+            files.append(path)
+        elif element.attributes.get("name") == "filename":
+            others.add(scene.parent / element.attributes.get("value", ""))
+    try:
+        hashes = [hashlib.sha256(path.read_bytes()).hexdigest() for path in [*files, *sorted(others)]]
+    except OSError as error:
+        raise UserError(f"{scene}: cannot read {error.filename}: {error.strerror}") from error
+    return hashlib.sha256("".join(hashes).encode()).hexdigest()
+
+
 def integrator_name(scene: Path, params: Params | None = None) -> str:
     """The integrator of a scene, with nested ones in brackets: "moment(path)"."""
     outer, nested = "", []
@@ -293,10 +318,13 @@ def load_scene(renderer: Renderer, scene: Path, params: Params | None = None) ->
     return load_with_stand_ins(renderer, scene, params)[0]
 
 
-def load_with_stand_ins(renderer: Renderer, scene: Path, params: Params | None = None) -> tuple[Any, list[str]]:
+def load_with_stand_ins(
+    renderer: Renderer, scene: Path, params: Params | None = None, change: Callable[[Any], None] | None = None
+) -> tuple[Any, list[str]]:
     """Load a scene for Mitsuba with an `independent` sampler in place of its own, and stand-ins for the plugins of ours.
 
-    Returns the scene, and what stands in for what: "cone: mesh of 392192 triangles".
+    `change` alters the nodes of the parsed scene before anything stands in for them. Returns the scene, and what stands in for
+    what: "cone: mesh of 392192 triangles".
 
     The standard errors need independent samples, and some of Mitsuba's other samplers are biased: with `ldsampler`, images of 64
     samples per pixel are off by half a per cent behind glass.
@@ -313,6 +341,8 @@ def load_with_stand_ins(renderer: Renderer, scene: Path, params: Params | None =
             node.props.set_plugin_name("independent")
     mi.parser.transform_upgrade(config, state)
     mi.parser.transform_resolve(config, state)
+    if change:
+        change(state)
     with tempfile.TemporaryDirectory(prefix="etendue-stand-ins-") as folder:
         photons_by = parameter(scene, PHOTONS_BY, params) or "path"
         used = stand_ins.put_in(mi, state, scene.parent, Path(folder), photons_by)

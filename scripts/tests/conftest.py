@@ -1,5 +1,6 @@
-"""What several tests share: one Mitsuba for the whole run, and a tiny scene."""
+"""What several tests share: one Mitsuba for the whole run, and a tiny scene, alone and in a study."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -32,6 +33,35 @@ def tiny(tmp_path: Path) -> Path:
     path = tmp_path / "tiny.xml"
     path.write_text(TINY)
     return path
+
+
+STUDY = """title = "Tiny"
+about = "A tiny study of a tiny scene."
+seeds = 2
+[[scene]]
+file = "tiny.xml"
+defines = { lit = 0.6 }
+reference = { render = { integrator = "path", params = { max_depth = 2 }, spp = 2000 } }
+"""
+METHOD = """[[method]]
+name = "%s"
+renderer = "%s"
+integrator = "path"
+params = { max_depth = 2 }
+vary = { name = "spp", values = %s }
+"""
+
+
+@pytest.fixture
+def tiny_study(tiny: Path) -> Callable[..., Path]:
+    """Makes the file of a study of the tiny scene: each method is a name, a renderer and its numbers of samples."""
+
+    def write(*methods: tuple[str, str, list[int]]) -> Path:
+        path = tiny.with_name("study.toml")
+        path.write_text(STUDY + "".join(METHOD % method for method in methods))
+        return path
+
+    return write
 
 
 @pytest.fixture

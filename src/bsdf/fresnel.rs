@@ -69,6 +69,10 @@ pub fn refract(wi: DVec3, interface: &Interface) -> DVec3 {
 /// Born and Wolf 1999, section 14.2; in the form of Lagarde 2013, "Memo on Fresnel equations".
 #[must_use]
 pub fn conductor(cos_i: f64, eta: Rgb, k: Rgb) -> Rgb {
+    // No light gets into a perfect one: the formulas below say the same in more words.
+    if eta == Rgb::ZERO {
+        return Rgb::ONE;
+    }
     let channel = |eta: f64, k: f64| {
         let (cos2, sin2) = (cos_i * cos_i, 1.0 - cos_i * cos_i);
         let (eta2, k2) = (eta * eta, k * k);

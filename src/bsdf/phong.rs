@@ -79,6 +79,21 @@ impl Phong {
         let cos = reflect(query.wi).dot(wo);
         if cos > 0.0 { cos.powf(self.exponent) } else { 0.0 }
     }
+
+    /// What `eval_cos` and `density` say, which need the same power of a cosine.
+    #[inline]
+    fn value_and_density(&self, query: &Query, wo: DVec3) -> (Rgb, PerSolidAngle) {
+        if cos_theta(query.wi) <= 0.0 || cos_theta(wo) <= 0.0 {
+            return (Rgb::ZERO, PerSolidAngle(0.0));
+        }
+        let power = self.power(query, wo);
+        let diffuse = self.diffuse_reflectance.eval(query.uv) * FRAC_1_PI;
+        let lobe = self.specular_reflectance.eval(query.uv) * ((self.exponent + 2.0) / TAU * power);
+        let chance = self.lobe_chance(query.uv);
+        let lobe_density = (self.exponent + 1.0) / TAU * power;
+        let density = (1.0 - chance) * warp::cosine_hemisphere_density(cos_theta(wo)) + chance * lobe_density;
+        ((diffuse + lobe) * cos_theta(wo), PerSolidAngle(density))
+    }
 }
 
 impl Model for Phong {
@@ -91,21 +106,11 @@ impl Model for Phong {
     }
 
     fn eval_cos(&self, query: &Query, wo: DVec3) -> Rgb {
-        if cos_theta(query.wi) <= 0.0 || cos_theta(wo) <= 0.0 {
-            return Rgb::ZERO;
-        }
-        let lobe = (self.exponent + 2.0) / TAU * self.power(query, wo);
-        let diffuse = self.diffuse_reflectance.eval(query.uv) * FRAC_1_PI;
-        (diffuse + self.specular_reflectance.eval(query.uv) * lobe) * cos_theta(wo)
+        self.value_and_density(query, wo).0
     }
 
     fn density(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
-        if cos_theta(query.wi) <= 0.0 || cos_theta(wo) <= 0.0 {
-            return PerSolidAngle(0.0);
-        }
-        let chance = self.lobe_chance(query.uv);
-        let lobe = (self.exponent + 1.0) / TAU * self.power(query, wo);
-        PerSolidAngle((1.0 - chance) * warp::cosine_hemisphere_density(cos_theta(wo)) + chance * lobe)
+        self.value_and_density(query, wo).1
     }
 
     fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<Sample> {
@@ -118,12 +123,12 @@ impl Model for Phong {
         } else {
             warp::square_to_cosine_hemisphere(u2)
         };
-        let density = self.density(query, wo);
+        let (value, density) = self.value_and_density(query, wo);
         // Below the surface the lobe is lost.
         if density.0 == 0.0 {
             return None;
         }
-        Some(Sample { wo, weight: self.eval_cos(query, wo) / density.0, density, lobe: Lobe::Smooth, eta: 1.0 })
+        Some(Sample { wo, weight: value / density.0, density, lobe: Lobe::Smooth, eta: 1.0 })
     }
 
     fn albedo(&self, uv: DVec2) -> Rgb {

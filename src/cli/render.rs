@@ -117,7 +117,7 @@ impl Render {
             is_within,
             "{file}: has {}, of which not all are among those that are asked for, {}",
             in_words(&there),
-            in_words(&[range.clone()])
+            in_words(std::slice::from_ref(range))
         );
         let is_chained = renderer.integrator.preparation() == Preparation::Chain;
         let is_prefix = there.len() <= 1 && there.iter().all(|part| part.start == 0);

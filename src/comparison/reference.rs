@@ -49,6 +49,8 @@ pub struct Provenance {
     pub version: String,
     /// Which of its variants.
     pub variant: String,
+    /// The name of the integrator in the scene, unless another stands in for it.
+    pub integrator: String,
     /// Samples per pixel of a batch.
     pub spp_per_batch: u64,
     /// How many batches.
@@ -69,7 +71,8 @@ impl Provenance {
     /// Whether its renderer followed light from its source, and so shows mirrors and glass black.
     #[must_use]
     pub fn shows_no_specular(&self) -> bool {
-        self.stand_ins.iter().any(|stand_in| stand_in.starts_with("photonmapper: ptracer"))
+        self.integrator == "ptracer"
+            || self.stand_ins.iter().any(|stand_in| stand_in.starts_with("photonmapper: ptracer"))
     }
 }
 

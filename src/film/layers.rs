@@ -285,3 +285,73 @@ impl Image {
         Some(r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::rng::Stream;
+    use crate::stats::Moments;
+
+    /// What pixel and channel show: something else each, the first pixel nothing.
+    fn truth(pixel: u32, channel: usize) -> f64 {
+        f64::from(pixel) * (0.3 + channel as f64)
+    }
+
+    /// Exponentially distributed samples, and as many that light paths leave.
+    fn film(seed: u64, samples: u64, has_splats: bool) -> Film {
+        let crop = Crop { x: 0, y: 0, width: 5, height: 1 };
+        let layers = vec![LayerSpec::beauty(), LayerSpec::sampled("other")];
+        let mut film = Film::new(crop, DVec2::new(5.0, 1.0), layers);
+        let mut stream = Stream::at(&[seed]);
+        let mut value = |pixel, channel| truth(pixel, channel) * -(1.0 - stream.next_1d()).ln();
+        let mut splats = [[ExactMoments::default(); 3]; 5];
+        for pixel in 0..5 {
+            let mut block = Pixels::new(1, 1, 6);
+            for _ in 0..samples {
+                block.push(0, 0, &[0, 1, 2, 3, 4, 5].map(|channel| value(pixel, channel)));
+                let of_pixel = splats[pixel as usize].iter_mut().enumerate();
+                of_pixel.for_each(|(channel, moments)| moments.push(value(pixel, channel)));
+            }
+            film.add(pixel, 0, &block);
+        }
+        if has_splats {
+            film.add_splats(&splats);
+        }
+        film
+    }
+
+    #[test]
+    fn the_relative_error_is_that_of_many_images() {
+        for has_splats in [false, true] {
+            let share = if has_splats { 2.0 } else { 1.0 };
+            let values = || (0..5).flat_map(|pixel| (0..3).map(move |channel| (pixel, channel)));
+            let mean = values().map(|(pixel, channel)| share * truth(pixel, channel)).sum::<f64>() / 15.0;
+            let (mut squares, mut told) = (Moments::default(), Moments::default());
+            for seed in 0..2000 {
+                let film = film(seed, 20, has_splats);
+                let means = film.means();
+                let error = |(pixel, channel)| means[pixel as usize][channel] - share * truth(pixel, channel);
+                squares.push(values().map(error).map(|error| error * error).sum::<f64>() / 15.0 / (mean * mean));
+                told.push(film.relative_error().powi(2));
+            }
+            let error = (told.mean - squares.mean).abs();
+            let both = told.std_error().unwrap_or(0.0).hypot(squares.std_error().unwrap_or(0.0));
+            // The mean of the image, by which each is divided, scatters too: its variance is some 1.5 % of its square.
+            assert!(error < 4.0 * both + 0.05 * squares.mean, "{} instead of {}", told.mean, squares.mean);
+            assert!(both < 0.03 * squares.mean, "the test could see nothing");
+        }
+    }
+
+    #[test]
+    fn the_relative_error_is_infinite_where_nothing_is_known() {
+        for samples in [0, 1] {
+            assert_eq!(film(1, samples, false).relative_error(), f64::INFINITY);
+        }
+        let crop = Crop { x: 0, y: 0, width: 1, height: 1 };
+        let mut black = Film::new(crop, DVec2::ONE, vec![LayerSpec::beauty()]);
+        let mut block = Pixels::new(1, 1, 3);
+        (0..9).for_each(|_| block.push(0, 0, &[0.0; 3]));
+        black.add(0, 0, &block);
+        assert_eq!(black.relative_error(), f64::INFINITY);
+    }
+}

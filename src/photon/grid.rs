@@ -95,10 +95,10 @@ impl Grid {
         self.len() == 0
     }
 
-    /// Shows the photons within a radius in m around a place, on its side of its surface, each with what it counts there: the
-    /// same as [`Map::gather`](super::Map::gather) does.
+    /// Shows the photons within a radius in m around a place, on its side of its surface, each with what it counts there, as
+    /// [`Map::gather`](super::Map::gather) does, and with the square of its distance over that of the radius.
     #[inline]
-    pub fn gather(&self, site: &Site, radius: f64, kernel: Kernel, mut show: impl FnMut(&Photon, f64)) {
+    pub fn gather(&self, site: &Site, radius: f64, kernel: Kernel, mut show: impl FnMut(&Photon, f64, f64)) {
         let reach = ((radius * radius) as f32).clamp(f32::MIN_POSITIVE, f32::MAX);
         let lookup = Lookup { nearest: None, radius, kernel };
         let mut share = Share::new(site, &lookup, reach);
@@ -108,7 +108,8 @@ impl Grid {
                 let [x, y, z] = [0, 1, 2].map(|axis| placed.position[axis] - p[axis]);
                 let distance_squared = x * x + y * y + z * z;
                 if distance_squared < reach {
-                    share.show(&placed.photon, distance_squared, &mut show);
+                    let way = f64::from(distance_squared / reach);
+                    share.show(&placed.photon, distance_squared, &mut |photon, count| show(photon, count, way));
                 }
             }
         };
@@ -228,7 +229,7 @@ mod tests {
             let site = Site::flat(DVec3::from_array(at) * DVec3::new(1.0, 1.0, 0.1), DVec3::Z, 3);
             let lookup = Lookup { nearest: None, radius, kernel: Kernel::Cone };
             let of_map = found(|show| map.gather(&site, &lookup, |photon, count| show(photon, count)));
-            let of_grid = found(|show| grid.gather(&site, radius, Kernel::Cone, |photon, count| show(photon, count)));
+            let of_grid = found(|show| grid.gather(&site, radius, Kernel::Cone, |photon, count, _| show(photon, count)));
             prop_assert_eq!(of_map, of_grid);
         }
     }
@@ -241,7 +242,7 @@ mod tests {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let grid = pool.install(|| Grid::new(std::slice::from_ref(&harvest), 0.2));
             let mut order = Vec::new();
-            grid.gather(&site, 0.1, Kernel::Constant, |photon, _| order.push(photon.power().x));
+            grid.gather(&site, 0.1, Kernel::Constant, |photon, _, _| order.push(photon.power().x));
             order
         };
         let alone = order(1);

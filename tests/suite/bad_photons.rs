@@ -83,12 +83,81 @@ fn parameters_that_are_wrong() {
     ]);
 }
 
+fn progressive(param: &str, faults: &'static [&'static str]) -> Case {
+    let integrator = format!(r#"<integrator type="sppm">{param}</integrator>"#);
+    scene(kit::scene_of(&[&integrator, SENSOR, SKY, BALL]), faults)
+}
+
+#[test]
+fn parameters_of_progressive_photon_mapping_that_are_wrong() {
+    let integer = |name: &str, value: &str| format!(r#"<integer name="{name}" value="{value}"/>"#);
+    let float = |name: &str, value: &str| format!(r#"<float name="{name}" value="{value}"/>"#);
+    let word = |name: &str, value: &str| format!(r#"<string name="{name}" value="{value}"/>"#);
+    const ALPHA: &str = "must be a number above 0, at most 1";
+    const COUNT: &str = "must be a number from 1 to 100000000";
+    const NO_INTEGER: &[&str] = &["could not parse integer value \"1.5\""];
+    check_all(vec![
+        ("alpha 0", progressive(&float("alpha", "0"), &[ALPHA])),
+        ("alpha -1", progressive(&float("alpha", "-1"), &["\"alpha\" is -1; must be a number above 0"])),
+        ("alpha 2", progressive(&float("alpha", "2"), &[ALPHA])),
+        ("alpha NaN", progressive(&float("alpha", "nan"), &["could not parse floating point value \"nan\""])),
+        ("no photons", progressive(&integer("photon_count", "0"), &[COUNT])),
+        ("-1 photons", progressive(&integer("photon_count", "-1"), &[COUNT])),
+        ("1.5 photons", progressive(&integer("photon_count", "1.5"), NO_INTEGER)),
+        ("10^12 photons", progressive(&integer("photon_count", "1000000000000"), &[COUNT])),
+        (
+            "radius -1",
+            progressive(&float("initial_radius", "-1"), &["\"initial_radius\" is -1; must be a number from 0"]),
+        ),
+        ("radius NaN", progressive(&float("initial_radius", "nan"), &["could not parse floating point value \"nan\""])),
+        (
+            "radius inf",
+            progressive(&float("initial_radius", "inf"), &["\"initial_radius\" is inf; must be a number from 0"]),
+        ),
+        ("no passes", progressive(&integer("max_passes", "0"), &["\"max_passes\" is 0; must be a number from 1"])),
+        (
+            "schedule",
+            progressive(
+                &word("radius_schedule", "per_photon"),
+                &["\"radius_schedule\" cannot be \"per_photon\"; known: per_pixel, error_driven, per_pass"],
+            ),
+        ),
+        (
+            "direct",
+            progressive(
+                &word("direct", "shadow_photons"),
+                &["\"direct\" cannot be \"shadow_photons\"; known: traced, map"],
+            ),
+        ),
+        ("deep", progressive(&integer("max_depth", "5000"), &["\"max_depth\" is 5000; must be at most 1023"])),
+    ]);
+}
+
+#[test]
+fn parameters_of_progressive_photon_mapping_at_their_limits_give_numbers() {
+    let floor = r#"<shape type="rectangle"/>"#;
+    for schedule in ["per_pixel", "error_driven", "per_pass"] {
+        for (name, value) in
+            [("alpha", "1"), ("alpha", "1e-300"), ("initial_radius", "1e-300"), ("initial_radius", "1e300")]
+        {
+            let integrator = format!(
+                r#"<integrator type="sppm"><integer name="photon_count" value="500"/><string name="direct" value="map"/>
+                <string name="radius_schedule" value="{schedule}"/><float name="{name}" value="{value}"/></integrator>"#
+            );
+            let image = kit::image(&kit::scene_of(&[&integrator, SENSOR, BULB, BALL, floor]), 5);
+            let good = image.channels.iter().all(|(_, values)| values.iter().all(|x| x.is_finite() && *x >= 0.0));
+            assert!(good, "{schedule} {name} {value}");
+        }
+    }
+}
+
 #[test]
 fn scenes_that_photons_cannot_treat() {
     let plane = r#"<shape type="plane"/>"#;
     let photons = mapper("");
     let of = |parts: &[&str], faults| scene(kit::scene_of(parts), faults);
     let tracer = r#"<integrator type="ptracer"/>"#;
+    let passes = r#"<integrator type="sppm"/>"#;
     let wrapped = format!(r#"<integrator type="moment">{photons}</integrator>"#);
     const ENDLESS: &[&str] = &["cannot treat this scene: light from infinitely far away falls on an infinite plane"];
     const STRONG: &str = r#"<emitter type="point"><rgb name="intensity" value="1e30"/></emitter>"#;
@@ -104,6 +173,13 @@ fn scenes_that_photons_cannot_treat() {
         ),
         ("wrapped", of(&[&wrapped, SENSOR, BULB, MIRROR], &["cannot treat this scene: no surface can keep a photon"])),
         ("nothing", of(&[&photons, SENSOR, BULB], &["no surface can keep a photon"])),
+        (
+            "progressive, mirrors",
+            of(&[passes, SENSOR, BULB, MIRROR], &["\"sppm\" cannot treat this scene: no surface can keep a photon"]),
+        ),
+        ("progressive, nothing", of(&[passes, SENSOR, BULB], &["no surface can keep a photon"])),
+        ("progressive, sun over a plane", of(&[passes, SENSOR, SUN, plane], ENDLESS)),
+        ("progressive, sky over a plane", of(&[passes, SENSOR, SKY, plane], ENDLESS)),
         ("sky over a plane", of(&[tracer, SENSOR, SKY, plane], ENDLESS)),
         ("sun over a plane", of(&[tracer, SENSOR, SUN, plane], ENDLESS)),
         ("sky over a plane, photons", of(&[&photons, SENSOR, SKY, plane], ENDLESS)),
@@ -136,8 +212,9 @@ fn scenes_that_stay_black_say_why() {
     let photons = mapper("");
     let unlit = "none of 2000 photons carried any light";
     let empty = "none of 2000 photons met a surface that could keep it: there is no light in the global map";
-    for integrator in [r#"<integrator type="path"/>"#, r#"<integrator type="ptracer"/>"#, &photons] {
-        let is_mapper = integrator == photons;
+    let passes = r#"<integrator type="sppm"><integer name="photon_count" value="2000"/></integrator>"#;
+    for integrator in [r#"<integrator type="path"/>"#, r#"<integrator type="ptracer"/>"#, &photons, passes] {
+        let is_mapper = integrator == photons || integrator == passes;
         let with_map =
             |first: &str| if is_mapper { vec![first.to_owned(), unlit.to_owned()] } else { vec![first.to_owned()] };
         assert_eq!(warnings(integrator, &[BALL], ""), with_map("the scene has no light: the image will be black"));
@@ -148,6 +225,7 @@ fn scenes_that_stay_black_say_why() {
         assert!(warnings(integrator, &[BALL, SKY], "").is_empty());
     }
     assert_eq!(warnings(&photons, &[BALL, aside], ""), [empty]);
+    assert_eq!(warnings(passes, &[BALL, aside], ""), [empty]);
     let wrapped = format!(r#"<integrator type="aov"><string name="aovs" value="z:depth"/>{photons}</integrator>"#);
     assert_eq!(warnings(&wrapped, &[BALL, aside], ""), [empty]);
     let none = "none of 2000 photons was cast on a surface by mirrors or glass: no caustics";

@@ -14,8 +14,8 @@ use crate::kit::{self, Folder, bits, run};
 
 #[test]
 fn help_names_the_exit_codes_and_every_option() {
-    let options: [(&str, &[&str]); 6] = [
-        ("", &["render", "photons", "compare", "verify", "plugins", "--version"]),
+    let options: [(&str, &[&str]); 7] = [
+        ("", &["render", "merge", "photons", "compare", "verify", "plugins", "--version"]),
         (
             "render",
             &[
@@ -29,8 +29,17 @@ fn help_names_the_exit_codes_and_every_option() {
                 "--png",
                 "--exposure",
                 "--replay",
+                "--sampler",
+                "--passes",
+                "--checkpoint",
+                "--resume",
+                "--every",
+                "--time",
+                "--target-error",
+                "--shard",
             ],
         ),
+        ("merge", &["--output", "--checkpoint", "--partial", "--png", "--layer", "--exposure"]),
         ("photons", &["-D", "--param", "--seed", "--threads", "--ply", "--npy", "numpy.load"]),
         ("compare", &["--json", "--pictures"]),
         ("verify", &["--only", "--full", "--threads", "--root"]),
@@ -39,7 +48,13 @@ fn help_names_the_exit_codes_and_every_option() {
     for (command, options) in options {
         let said = run(&mut Folder::new().etendue(&format!("{command} --help")));
         assert_eq!(said.code, Some(0));
-        for word in options.iter().copied().chain(["Exit codes:", "0  good", "1  a verdict failed", "2  bad input"]) {
+        for word in options.iter().copied().chain([
+            "Exit codes:",
+            "0  good",
+            "1  a verdict failed",
+            "2  bad input",
+            "130  interrupted",
+        ]) {
             assert!(said.out.contains(word), "{command} --help does not mention {word}:\n{}", said.out);
         }
     }
@@ -61,6 +76,7 @@ fn images_say_how_they_were_made() {
         ("scene", "scene.xml".into()),
         ("scene_sha256", provenance::scene_hash(&document).unwrap()),
         ("integrator", "path".into()),
+        ("sampler", "independent".into()),
         ("parameters", "max_depth=3".into()),
         ("spp", "3".into()),
         ("seed", u64::MAX.to_string()),

@@ -2,7 +2,7 @@
 
 use etendue::film::{Image, exr};
 
-use crate::kit::{self, Folder, bits, pixel};
+use crate::kit::{self, Folder, bits, busy, pixel};
 
 /// Renders a scene where it stands.
 fn rendered(folder: &Folder, scene: &std::path::Path, options: &str) -> Image {
@@ -23,25 +23,6 @@ fn threads_make_no_difference() {
     }
 }
 
-/// A scene with every kind of randomness: lens, filter, lights, roulette.
-fn busy(sampler: &str, film: &str) -> String {
-    let sensor = format!(
-        r#"<sensor type="thinlens"><float name="aperture_radius" value="0.1"/><float name="focus_distance" value="5"/>
-        <transform name="to_world"><lookat origin="0, 1, 5" target="0, 0, 0" up="0, 1, 0"/></transform>
-        <sampler type="{sampler}"/>
-        <film type="hdrfilm"><integer name="width" value="24"/><integer name="height" value="20"/>{film}</film></sensor>"#
-    );
-    kit::scene_of(&[
-        r#"<integrator type="path"><integer name="rr_depth" value="2"/></integrator>"#,
-        &sensor,
-        kit::SKY,
-        r#"<shape type="sphere"><bsdf type="dielectric"/></shape>"#,
-        r#"<shape type="rectangle"><transform name="to_world"><scale value="3"/><translate z="-2"/></transform></shape>"#,
-        r#"<shape type="disk"><transform name="to_world"><rotate x="1" angle="90"/><translate y="3"/></transform>
-           <emitter type="area"><rgb name="radiance" value="9"/></emitter></shape>"#,
-    ])
-}
-
 const SAMPLERS: [&str; 3] = ["independent", "stratified", "ldsampler"];
 
 #[test]
@@ -57,7 +38,7 @@ fn seeds_make_a_difference_and_threads_do_not_with_every_sampler() {
 }
 
 /// Integrators that follow light, with what makes their sums a matter of order.
-const FOLLOWING_LIGHT: [(&str, &str); 7] = [
+const FOLLOWING_LIGHT: [(&str, &str); 11] = [
     ("ptracer", ""),
     ("photonmapper", "direct=traced indirect=final_gather"),
     ("photonmapper", "direct=traced indirect=map"),
@@ -66,6 +47,11 @@ const FOLLOWING_LIGHT: [(&str, &str); 7] = [
     // So many that the tree is built by several threads.
     ("photonmapper", "direct=map indirect=map global_photons=150000"),
     ("photonmapper", "direct=shadow_photons indirect=final_gather gather_samples=2"),
+    ("sppm", "photon_count=9000 radius_schedule=per_pixel"),
+    ("sppm", "photon_count=9000 radius_schedule=error_driven initial_radius=0.3"),
+    ("sppm", "photon_count=9000 radius_schedule=per_pass path_classes=true"),
+    // So many that the grid is made by several threads.
+    ("sppm", "photon_count=150000 radius_schedule=per_pixel direct=map kernel=cone"),
 ];
 
 #[test]
@@ -92,10 +78,10 @@ fn threads_make_no_difference_to_light_that_is_followed() {
 }
 
 /// Replays all samples of a pixel through the command line.
-fn replayed(folder: &Folder, x: u32, y: u32, samples: u32) -> [f64; 3] {
+fn replayed(folder: &Folder, more: &str, (x, y): (u32, u32), samples: u32) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for sample in 0..samples {
-        let options = format!("render scene.xml --spp {samples} --seed 3 --replay {x},{y},{sample}");
+        let options = format!("render scene.xml --spp {samples} --seed 3 --replay {x},{y},{sample} {more}");
         let said = kit::run(&mut folder.etendue(&options));
         assert_eq!(said.code, Some(0), "{}", said.err);
         let numbers: Vec<f64> = said.out.split_whitespace().map(|number| number.parse().unwrap()).collect();
@@ -111,14 +97,54 @@ fn a_pixel_is_the_mean_of_its_replayed_samples() {
     for sampler in SAMPLERS {
         let folder = Folder::with_scene(&busy(sampler, crop));
         let image = folder.render("--spp 4 --seed 3");
-        for (x, y) in [(0, 0), (10, 8), (18, 16)] {
-            let pairs = pixel(&image, x, y).into_iter().zip(replayed(&folder, x, y, 4));
-            for (of_image, of_samples) in pairs {
-                // The image rounds to f32, the sum here to f64.
-                let error = (f64::from(of_image) - of_samples).abs();
-                assert!(error <= f64::from(f32::EPSILON) * of_samples, "{sampler} {x},{y}: {of_image} {of_samples}");
-            }
+        for at in [(0, 0), (10, 8), (18, 16)] {
+            assert_mean(pixel(&image, at.0, at.1), replayed(&folder, "", at, 4), &format!("{sampler} {at:?}"));
         }
+    }
+}
+
+/// Makes sure that a pixel is the mean of its samples: the image rounds to f32, the sum here to f64.
+fn assert_mean(of_image: [f32; 3], of_samples: [f64; 3], name: &str) {
+    for (of_image, of_samples) in of_image.into_iter().zip(of_samples) {
+        let error = (f64::from(of_image) - of_samples).abs();
+        assert!(error <= f64::from(f32::EPSILON) * of_samples, "{name}: {of_image} {of_samples}");
+    }
+}
+
+const SCHEDULES: [&str; 3] = ["per_pixel", "error_driven", "per_pass"];
+
+#[test]
+fn a_pixel_of_progressive_photon_mapping_is_the_mean_of_its_replayed_passes() {
+    let crop = r#"<integer name="crop_offset_x" value="5"/><integer name="crop_offset_y" value="3"/>
+        <integer name="crop_width" value="19"/><integer name="crop_height" value="17"/>"#;
+    for (schedule, sampler) in SCHEDULES.into_iter().zip(SAMPLERS) {
+        let folder = Folder::with_scene(&busy(sampler, crop));
+        let more = format!(
+            "--integrator sppm --param photon_count=2000 --param initial_radius=0.4 --param radius_schedule={schedule}"
+        );
+        let image = folder.render(&format!("--spp 4 --seed 3 {more}"));
+        for at in [(0, 0), (10, 8)] {
+            assert_mean(pixel(&image, at.0, at.1), replayed(&folder, &more, at, 4), &format!("{schedule} {at:?}"));
+        }
+    }
+}
+
+#[test]
+fn progressive_photon_mapping_takes_its_passes_from_every_sampler() {
+    for schedule in SCHEDULES {
+        let image = |sampler: &str, options: &str| {
+            let more =
+                format!("--integrator sppm --param photon_count=2000 --param radius_schedule={schedule} --seed 5");
+            Folder::with_scene(&busy(sampler, "")).render(&format!("{more} {options}"))
+        };
+        let images = SAMPLERS.map(|sampler| {
+            let one = image(sampler, "--spp 4 --threads 1");
+            assert!(bits(&one) == bits(&image(sampler, "--spp 4 --threads 7")), "{schedule} {sampler}");
+            // Passes are samples, by either name.
+            assert!(bits(&one) == bits(&image(sampler, "--param max_passes=4")), "{schedule} {sampler}");
+            one
+        });
+        assert!(bits(&images[0]) != bits(&images[1]) && bits(&images[0]) != bits(&images[2]), "{schedule}");
     }
 }
 

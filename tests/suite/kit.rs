@@ -42,6 +42,29 @@ pub(crate) fn ball() -> String {
     scene(r#"<shape type="sphere"/>"#)
 }
 
+pub(crate) const BOX: &str = r#"<rfilter type="box"/>"#;
+
+pub(crate) const BUSY_INTEGRATOR: &str = r#"<integrator type="path"><integer name="rr_depth" value="2"/></integrator>"#;
+
+/// A scene with every kind of randomness: lens, filter, lights, roulette.
+pub(crate) fn busy(sampler: &str, film: &str) -> String {
+    let sensor = format!(
+        r#"<sensor type="thinlens"><float name="aperture_radius" value="0.1"/><float name="focus_distance" value="5"/>
+        <transform name="to_world"><lookat origin="0, 1, 5" target="0, 0, 0" up="0, 1, 0"/></transform>
+        <sampler type="{sampler}"/>
+        <film type="hdrfilm"><integer name="width" value="24"/><integer name="height" value="20"/>{film}</film></sensor>"#
+    );
+    scene_of(&[
+        BUSY_INTEGRATOR,
+        &sensor,
+        SKY,
+        r#"<shape type="sphere"><bsdf type="dielectric"/></shape>"#,
+        r#"<shape type="rectangle"><transform name="to_world"><scale value="3"/><translate z="-2"/></transform></shape>"#,
+        r#"<shape type="disk"><transform name="to_world"><rotate x="1" angle="90"/><translate y="3"/></transform>
+           <emitter type="area"><rgb name="radiance" value="9"/></emitter></shape>"#,
+    ])
+}
+
 /// Where the assets are.
 pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -5,10 +5,13 @@
 mod bad_input;
 mod bad_photons;
 mod bad_solids;
+mod checkpoints;
 mod cli;
 mod determinism;
 mod geometry;
 mod hostile_images;
+#[cfg(unix)]
+mod interruptions;
 mod kit;
 mod layers;
 mod photons;

@@ -9,7 +9,9 @@ pub mod extras;
 pub mod glass;
 pub mod lights;
 pub mod optics;
+pub mod progressive;
 pub mod rooms;
+mod slope;
 
 use std::path::Path;
 
@@ -33,7 +35,17 @@ struct Setup {
 
 impl Setup {
     fn new(integrator: &str, scene: &str) -> Self {
-        let sensor = r#"<sensor type="perspective"><film type="hdrfilm"/></sensor>"#;
+        Self::with_film(integrator, "", scene)
+    }
+
+    /// With a row of so many pixels, each with what an integrator remembers of it.
+    fn of_pixels(integrator: &str, pixels: u32, scene: &str) -> Self {
+        let size = format!(r#"<integer name="width" value="{pixels}"/><integer name="height" value="1"/>"#);
+        Self::with_film(integrator, &size, scene)
+    }
+
+    fn with_film(integrator: &str, film: &str, scene: &str) -> Self {
+        let sensor = format!(r#"<sensor type="perspective"><film type="hdrfilm">{film}</film></sensor>"#);
         let text = format!(r#"<scene version="3.0.0">{integrator}{sensor}{scene}</scene>"#);
         let document = xml::parse(&text, "law", Path::new(""), &[]).expect("the scene is valid XML");
         let scene = Scene::build(&document).expect("the scene is valid");

@@ -52,7 +52,7 @@ pub const LAWS: &[Law] = &[
 ];
 
 /// What a room shows: so many terms of the geometric series, or all.
-fn series(emission: Rgb, albedo: Rgb, terms: Option<i32>) -> Rgb {
+pub(super) fn series(emission: Rgb, albedo: Rgb, terms: Option<i32>) -> Rgb {
     let power = |x: f64| terms.map_or(0.0, |terms| x.powi(terms));
     Rgb::from_array(std::array::from_fn(|i| emission[i] * (1.0 - power(albedo[i])) / (1.0 - albedo[i])))
 }

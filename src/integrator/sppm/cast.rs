@@ -1,5 +1,5 @@
 use std::{
-    sync::atomic::{AtomicU32, Ordering},
+    sync::{Mutex, PoisonError},
     time::Instant,
 };
 
@@ -9,7 +9,7 @@ use crate::{
     math::rng::hash,
     photon::{
         Aim, Grid, Harvest, batches,
-        radius::{PixelRadius, of_pass},
+        radius::{Found, PixelRadius, of_pass},
     },
     scene::Scene,
     transport::Depths,
@@ -20,8 +20,8 @@ use crate::{
 pub(super) struct Cast {
     pub(super) photons: Grid,
     radii: Radii,
-    /// The photons that each pixel has found.
-    found: Vec<AtomicU32>,
+    /// What each pixel has found.
+    found: Vec<Mutex<Found>>,
     notes: Notes,
 }
 
@@ -45,8 +45,8 @@ impl Cast {
         let pixels = crop.width as usize * crop.height as usize;
         let radii = match settings.schedule {
             Schedule::PerPass => Radii::Pass(of_pass(round.sample, settings.alpha)),
-            Schedule::PerPixel if radii.is_empty() => Radii::Pixels(vec![PixelRadius::FIRST; pixels]),
-            Schedule::PerPixel => Radii::Pixels(radii),
+            _ if radii.is_empty() => Radii::Pixels(vec![PixelRadius::FIRST; pixels]),
+            _ => Radii::Pixels(radii),
         };
         // The last segment is that to the eye.
         let depths = Depths { max: settings.depths.max.saturating_sub(1), ..settings.depths };
@@ -65,7 +65,7 @@ impl Cast {
         let warning = if photons.is_empty() { Harvest::join(harvest).warning(Aim::Everywhere) } else { None };
         let notes = Notes { facts: vec![fact], warnings: warning.into_iter().collect() };
         let found = if matches!(radii, Radii::Pixels(_)) { pixels } else { 0 };
-        Self { photons, radii, found: std::iter::repeat_with(AtomicU32::default).take(found).collect(), notes }
+        Self { photons, radii, found: std::iter::repeat_with(Mutex::default).take(found).collect(), notes }
     }
 
     pub(super) fn notes(&self) -> Notes {
@@ -81,16 +81,24 @@ impl Cast {
     }
 
     /// Counts what a pixel has found.
-    pub(super) fn count(&self, pixel: usize, photons: u32) {
+    pub(super) fn count(&self, pixel: usize, more: Found) {
         if let Some(found) = self.found.get(pixel) {
-            found.fetch_add(photons, Ordering::Relaxed);
+            let mut found = found.lock().unwrap_or_else(PoisonError::into_inner);
+            found.photons += more.photons;
+            found.spread += more.spread;
         }
     }
 
     /// The radii of the next round, if they depend on this one.
-    pub(super) fn next_radii(&self, alpha: f64) -> Vec<PixelRadius> {
+    pub(super) fn next_radii(&self, settings: &Settings) -> Vec<PixelRadius> {
         let Radii::Pixels(radii) = &self.radii else { return Vec::new() };
-        let next = |(radius, found): (&PixelRadius, &AtomicU32)| radius.after(found.load(Ordering::Relaxed), alpha);
+        let next = |(radius, found): (&PixelRadius, &Mutex<Found>)| {
+            let found = *found.lock().unwrap_or_else(PoisonError::into_inner);
+            match settings.schedule {
+                Schedule::ErrorDriven => radius.after_test(found),
+                Schedule::PerPixel | Schedule::PerPass => radius.after(found.photons, settings.alpha),
+            }
+        };
         radii.iter().zip(&self.found).map(next).collect()
     }
 }

@@ -3,7 +3,7 @@ use crate::{
     bsdf::{Lobe, Model as _, Sample},
     integrator::{EyeRay, eye_walk::EyeWalk, photons::Parts},
     math::PerSolidAngle,
-    photon::Site,
+    photon::{Site, radius::Found},
     sampler::{Numbers as _, PathNumbers},
     scene::Scene,
     sensor::Model as _,
@@ -71,7 +71,7 @@ impl Eye<'_> {
     }
 
     /// Adds the radiance that the photons around a vertex send back along the path, of those that have at most so many
-    /// segments; returns how many they were.
+    /// segments; returns what was found.
     fn estimate(
         &self,
         junction: &Junction<'_>,
@@ -79,16 +79,17 @@ impl Eye<'_> {
         longest: u32,
         walk: &EyeWalk<'_>,
         parts: &mut Parts,
-    ) -> u32 {
+    ) -> Found {
         let site = Site::new(self.scene, &junction.vertex);
         let shading = &junction.vertex.surface.shading;
-        let mut found = 0;
-        self.cast.photons.gather(&site, radius, self.settings.kernel, |photon, density| {
+        let mut found = Found::default();
+        self.cast.photons.gather(&site, radius, self.settings.kernel, |photon, density, way| {
             let class = photon.class();
             if photon.depth() > longest || self.settings.connects && class == PathClass::Direct {
                 return;
             }
-            found += 1;
+            found.photons += 1;
+            found.spread += way;
             let direction = photon.direction();
             // Photons are counted per area: the true surface's cosine is in their density already.
             let cos = direction.dot(site.n);

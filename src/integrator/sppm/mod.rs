@@ -38,7 +38,8 @@ use crate::{
 ///
 /// | `radius_schedule` | the square of the radius after n passes | passes |
 /// |---|---|---|
-/// | `per_pixel` | shrinks by the photons found, where they are as many in each pass like `n^(1-1/α)` | build on one another |
+/// | `per_pixel` | shrinks by the photons found: where light is even, it tends to `n^(α-1) / Γ(α)` times the first | build on one another |
+/// | `error_driven` | halves where photons tell that the estimate is biased, else it stays; no `alpha` | build on one another |
 /// | `per_pass` | `n^(α-1) / Γ(1+α)` times the first | are independent, and can be rendered anywhere in any order |
 ///
 /// The radius of the first pass is `initial_radius`, or as far as two pixels reach where the path from the eye ends.
@@ -76,7 +77,7 @@ impl Described for Sppm {
 impl Sppm {
     /// The radii of the round after the current one, if they depend on what that finds.
     fn next_radii(&self) -> Vec<PixelRadius> {
-        self.cast.as_ref().map_or_else(|| self.radii.clone(), |cast| cast.next_radii(self.settings.alpha))
+        self.cast.as_ref().map_or_else(|| self.radii.clone(), |cast| cast.next_radii(&self.settings))
     }
 }
 
@@ -92,7 +93,7 @@ impl Model for Sppm {
 
     fn preparation(&self) -> Preparation {
         match self.settings.schedule {
-            Schedule::PerPixel => Preparation::Chain,
+            Schedule::PerPixel | Schedule::ErrorDriven => Preparation::Chain,
             Schedule::PerPass => Preparation::Sample,
         }
     }
@@ -103,12 +104,12 @@ impl Model for Sppm {
     }
 
     fn memory(&self) -> Vec<f64> {
-        self.next_radii().iter().flat_map(|radius| [radius.squared, radius.photons]).collect()
+        self.next_radii().iter().flat_map(|radius| [radius.squared, radius.photons, radius.spread]).collect()
     }
 
     fn remember(&mut self, memory: Vec<f64>) {
-        let radius = |pair: &[f64]| PixelRadius { squared: pair[0], photons: pair[1] };
-        self.radii = memory.chunks_exact(2).map(radius).collect();
+        let radius = |of_pixel: &[f64]| PixelRadius { squared: of_pixel[0], photons: of_pixel[1], spread: of_pixel[2] };
+        self.radii = memory.chunks_exact(3).map(radius).collect();
         self.cast = None;
     }
 

@@ -32,6 +32,8 @@ pub(super) struct Settings {
 pub(super) enum Schedule {
     /// Each pixel's by the photons that it finds.
     PerPixel,
+    /// Each pixel's where its photons tell of bias.
+    ErrorDriven,
     /// All by the number of the pass.
     PerPass,
 }
@@ -53,9 +55,9 @@ pub(super) const PARAMS: &[Param] = &[
         .within(Range { min: 0.0, max: 1.0, open: true }),
     Param::new(
         "radius_schedule",
-        Kind::Choice(&["per_pixel", "per_pass"]),
+        Kind::Choice(&["per_pixel", "error_driven", "per_pass"]),
         "per_pixel",
-        "whether each pixel's radius shrinks by what it finds, or all by the number of the pass",
+        "whether radii shrink by what each pixel finds, where that tells of bias, or by the number of the pass",
     ),
     KERNEL,
     Param::new(
@@ -77,16 +79,17 @@ impl Settings {
             Some(_) => Some(params.integer("max_passes")?.unsigned_abs() as u32),
             None => None,
         };
+        let schedule = match params.string("radius_schedule")? {
+            "error_driven" => Schedule::ErrorDriven,
+            "per_pass" => Schedule::PerPass,
+            _ => Schedule::PerPixel,
+        };
         Ok(Self {
             max_passes,
             photon_count: params.integer("photon_count")?.unsigned_abs(),
             initial_radius: (initial_radius > 0.0).then_some(initial_radius),
             alpha: params.float("alpha")?,
-            schedule: if params.string("radius_schedule")? == "per_pass" {
-                Schedule::PerPass
-            } else {
-                Schedule::PerPixel
-            },
+            schedule,
             kernel: read_kernel(params)?,
             connects: params.string("direct")? == "traced",
             depths: read_photon_depths(params)?,

@@ -6,7 +6,7 @@ mod file;
 use std::fmt::Write as _;
 
 use rangemap::RangeSet;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
 
 use super::{Pass, Renderer, drive::count};
 use crate::{
@@ -133,9 +133,19 @@ pub struct Record {
     /// How many samples of each pixel there will be when it is complete, if that is known.
     pub goal: Option<u32>,
     /// Which samples of each pixel are taken.
+    #[serde(deserialize_with = "ranges")]
     pub taken: RangeSet<u32>,
     /// What they took.
     pub cost: Cost,
+}
+
+/// The crate's own reader panics at ranges that are none.
+fn ranges<'de, D: Deserializer<'de>>(from: D) -> Result<RangeSet<u32>, D::Error> {
+    let pairs: Vec<(u32, u32)> = Vec::deserialize(from)?;
+    if let Some((start, end)) = pairs.iter().find(|(start, end)| start >= end) {
+        return Err(D::Error::custom(format!("from {start} to {end} is no range of samples")));
+    }
+    Ok(pairs.into_iter().map(|(start, end)| start..end).collect())
 }
 
 /// A render as far as it is.
@@ -181,7 +191,10 @@ impl Checkpoint {
             return Err(format!("is of {difference}"));
         }
         if let Some(twice) = other.record.taken.iter().find(|range| self.record.taken.overlaps(range)) {
-            return Err(format!("has samples that are there already: it has {}", in_words(&[twice.clone()])));
+            return Err(format!(
+                "has samples that are there already: it has {}",
+                in_words(std::slice::from_ref(twice))
+            ));
         }
         if !self.memory.is_empty() || !other.memory.is_empty() {
             return Err(

@@ -15,12 +15,15 @@ use super::{
     },
 };
 use crate::{
-    integrator::laws::ground,
+    integrator::laws::{
+        ground,
+        slope::{Point, slope},
+    },
     law::{Effort, Finding, Law},
     math::{Ray, Rgb},
     photon::{Aim, Harvest, Kernel, Lookup, Map, Site},
     scene::Scene,
-    stats::{Moments, normal},
+    stats::Moments,
 };
 
 /// These laws.
@@ -176,33 +179,8 @@ fn convergence(effort: Effort) -> Vec<Finding> {
         let (errors, prediction) = (column(&found, 0), predicted(emitted as u32, &lookup));
         let expected = (prediction.mean - truth()).powi(2) + prediction.variance;
         findings.push(Finding::mean(format!("{emitted} photons, mean square error"), &errors, expected));
-        let relative = errors.std_error().expect("there are two lots or more") / errors.mean;
-        points.push(Point { x: (emitted as f64).ln(), y: errors.mean.ln(), expected: expected.ln(), error: relative });
+        points.push(Point { count: emitted as f64, found: errors, expected });
     }
-    findings.push(slope(&points));
+    findings.push(slope("slope of the mean square error", &points, -2.0 / 3.0));
     findings
-}
-
-/// A point of a logarithmic plot.
-struct Point {
-    x: f64,
-    y: f64,
-    expected: f64,
-    /// The standard error of `y`.
-    error: f64,
-}
-
-/// The slope by least squares with known errors, against that of the expectations.
-fn slope(points: &[Point]) -> Finding {
-    let weight = |point: &Point| point.error.powi(-2);
-    let total: f64 = points.iter().map(weight).sum();
-    let middle = points.iter().map(|point| weight(point) * point.x).sum::<f64>() / total;
-    let spread: f64 = points.iter().map(|point| weight(point) * (point.x - middle).powi(2)).sum();
-    let slope = |y: fn(&Point) -> f64| {
-        points.iter().map(|point| weight(point) * (point.x - middle) * y(point)).sum::<f64>() / spread
-    };
-    let (found, expected, error) = (slope(|point| point.y), slope(|point| point.expected), spread.sqrt().recip());
-    let half = normal::two_sided_z(0.05) * error;
-    let statistic = format!("{found:.4} ± {half:.4} (95 %), predicted {expected:.4}, in the limit -0.6667");
-    Finding::test("slope of the mean square error", statistic, normal::two_sided_p((found - expected) / error))
 }

@@ -27,8 +27,8 @@ pub const LAWS: &[Law] = &[Law {
     check: seen_through,
 }];
 
-const PANE: Pane = Pane { index: 1.5, thickness: 0.4, height: 2.1, intensity: 1.0 };
-const INTENSITY: Rgb = Rgb::new(3.0, 1.0, 0.4);
+pub(in crate::integrator::laws) const PANE: Pane = Pane { index: 1.5, thickness: 0.4, height: 2.1, intensity: 1.0 };
+pub(in crate::integrator::laws) const INTENSITY: Rgb = Rgb::new(3.0, 1.0, 0.4);
 
 /// A point light over a pane over a floor.
 pub(crate) fn scene() -> String {
@@ -41,6 +41,10 @@ pub(crate) fn scene() -> String {
     );
     light + &pane + &ground(ALBEDO)
 }
+
+/// Degrees to the vertical, and where the eye is.
+pub(in crate::integrator::laws) const EYES: [(f64, DVec3); 3] =
+    [(20.0, DVec3::new(0.2, -0.5, 2.6)), (45.0, DVec3::new(-1.4, 0.3, 2.6)), (60.0, DVec3::new(-3.2, -0.4, 2.6))];
 
 /// How far photons count, and how.
 const LOOKUP: (f64, Kernel) = (0.2, Kernel::Epanechnikov);
@@ -58,9 +62,6 @@ fn setup() -> Setup {
 }
 
 fn seen_through(effort: Effort) -> Vec<Finding> {
-    /// Degrees to the vertical, and where the eye is.
-    const EYES: [(f64, DVec3); 3] =
-        [(20.0, DVec3::new(0.2, -0.5, 2.6)), (45.0, DVec3::new(-1.4, 0.3, 2.6)), (60.0, DVec3::new(-3.2, -0.4, 2.6))];
     let setup = setup();
     let mut found = [Moments::default(); EYES.len()];
     for pass in 0..u64::from(effort.samples(40)) {
@@ -90,7 +91,7 @@ fn seen_through(effort: Effort) -> Vec<Finding> {
 }
 
 /// A direction at an angle to the vertical.
-fn looking(degrees: f64) -> DVec3 {
+pub(in crate::integrator::laws) fn looking(degrees: f64) -> DVec3 {
     let (sin, cos) = degrees.to_radians().sin_cos();
     DVec3::new(0.96 * sin, 0.28 * sin, -cos)
 }

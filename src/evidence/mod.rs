@@ -1,5 +1,7 @@
 //! All the evidence there is: what `etendue verify` runs and the report tabulates.
 
+mod equivalent;
+
 use std::{
     path::{Path, PathBuf},
     time::Instant,
@@ -10,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::{
     bsdf,
-    comparison::{self, Comparison, ComparisonError, Reference, ReferenceError, Side, equivalence},
+    comparison::{self, Comparison, ComparisonError, Reference, ReferenceError, Side},
     emitter, film,
     integrator::{self, Integrator, Model as _, Overrides},
     law::{Effort, Finding, Law, Measured, judge, level_of_each},
@@ -18,7 +20,7 @@ use crate::{
     photon, provenance,
     render::{self, Pass, Renderer},
     sampler, scene, sensor, shape,
-    stats::{Outcome, Verdict, binomial, equivalence::TO_RADIUS_ZERO},
+    stats::{Outcome, Verdict, binomial},
 };
 
 /// By how much the image of a scene is falsified, to see that its verdict would notice.
@@ -48,6 +50,12 @@ pub fn laws() -> impl Iterator<Item = &'static Law> {
         integrator::laws::caustics::cylinder::LAWS,
         integrator::laws::caustics::pane::LAWS,
         integrator::laws::caustics::density::LAWS,
+        integrator::laws::progressive::radius::LAWS,
+        integrator::laws::progressive::pixel::LAWS,
+        integrator::laws::progressive::finite::LAWS,
+        integrator::laws::progressive::flux::LAWS,
+        integrator::laws::progressive::glossy::LAWS,
+        integrator::laws::progressive::pane::LAWS,
         render::laws::LAWS,
         render::laws::light::LAWS,
         comparison::laws::LAWS,
@@ -182,17 +190,23 @@ pub fn verify(
         let name = format!("reference/{}", stem(&scene));
         let is_asked = |name: &str| only.matches(name);
         // A biased image is put to no test of difference.
-        if !is_asked(&name) && !is_asked(EQUIVALENCE.name) {
+        if !is_asked(&name) && !is_asked(equivalent::PHOTON_MAP.name) && !is_asked(equivalent::PROGRESSIVE.name) {
             continue;
+        }
+        if is_asked(equivalent::PROGRESSIVE.name) {
+            tell(equivalent::PROGRESSIVE.name);
+            let found = equivalent::progressive(root, &name, &scene, effort)?;
+            findings.extend(found.into_iter().map(|found| (&equivalent::PROGRESSIVE, found)));
         }
         if Integrator::of_scene(&xml::read(&scene, &[])?, &Overrides::default())?.has_variance() {
             if is_asked(&name) {
                 tell(&name);
                 scenes.push(compare_scene(root, name, scene, effort)?);
             }
-        } else {
-            tell(EQUIVALENCE.name);
-            findings.extend(photon_mapped(root, &name, &scene, effort)?.into_iter().map(|found| (&EQUIVALENCE, found)));
+        } else if is_asked(&name) || is_asked(equivalent::PHOTON_MAP.name) {
+            tell(equivalent::PHOTON_MAP.name);
+            let found = equivalent::photon_mapped(root, &name, &scene, effort)?;
+            findings.extend(found.into_iter().map(|found| (&equivalent::PHOTON_MAP, found)));
         }
     }
     if only.matches(CALIBRATION.name) {
@@ -316,44 +330,6 @@ fn compare_scene(root: &Path, name: String, scene: PathBuf, effort: Effort) -> R
         reference: folder,
     })
 }
-
-/// Photon maps held against the references of other integrators.
-const EQUIVALENCE: Law = Law {
-    name: "photon-map/mitsuba",
-    claim: "Photon-mapped images, with radii extrapolated to 0, are equivalent to Mitsuba's path tracing where lights have areas, and \
-            to its light tracing, without what is seen in mirrors and glass, where they are points.",
-    source: "two one-sided tests, Schuirmann 1987; bias of a density estimate is even in the radius",
-    check: |_| Vec::new(),
-};
-
-fn photon_mapped(root: &Path, name: &str, scene: &Path, effort: Effort) -> Result<Vec<Finding>, EvidenceError> {
-    let folder = root.join(name);
-    let reference = Reference::load(&folder)?;
-    reference.check_fresh(&folder, scene)?;
-    let document = xml::read(scene, &[])?;
-    let size = Renderer::new(&document, &Overrides::default())?.scene.surroundings().radius;
-    let [one, two, three] = TO_RADIUS_ZERO.map(|(scale, _)| {
-        let radius = (LEAST_RADIUS * scale * size).to_string();
-        let params = [
-            ("lookup_size", "0"),
-            ("global_lookup_radius", &radius),
-            ("caustic_lookup_radius", &radius),
-            ("global_photons", "60000"),
-            ("caustic_photons", "100000"),
-        ];
-        let params = params.map(|(name, value)| (name.to_owned(), value.to_owned())).into();
-        Renderer::new(&document, &Overrides { name: None, params })
-    });
-    let passes = u64::from(effort.samples(10));
-    let found = equivalence::photon_map(&[one?, two?, three?], &reference, passes, 4, SEED);
-    Ok(found
-        .into_iter()
-        .map(|found| Finding { subject: format!("{}, {}", stem(scene), found.subject), ..found })
-        .collect())
-}
-
-/// The least radius of a lookup over that of the scene.
-const LEAST_RADIUS: f64 = 0.012;
 
 /// The verdict held against itself.
 const CALIBRATION: Law = Law {

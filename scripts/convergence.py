@@ -1,0 +1,80 @@
+#!/usr/bin/env python3
+"""Make the runs of a study whose renderer is Mitsuba, and evaluate the study, so that its error stands beside ours.
+
+Each run is a process of its own (mitsuba_run.py), one at a time, so that its time and memory are its own. The time is that of
+the render alone, warm; what it took to get there is `etendue.warm_up_seconds` in the header. Runs that exist are not redone.
+
+Exit codes: 0 all is well; 1 what the study predicts does not hold; 2 bad input, or a run failed; 130 interrupted.
+"""
+
+import argparse
+import sys
+from fnmatch import fnmatch
+from pathlib import Path
+from typing import Any
+
+import etendue
+from user_error import UserError
+
+MITSUBA_RUN = Path(__file__).resolve().with_name("mitsuba_run.py")
+
+
+def parse_arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("study", type=Path, metavar="STUDY.toml", help="a study file")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="for the results (default: reports/studies/ and its stem)")
+    parser.add_argument("--only", default="*", metavar="GLOB", help="only cells whose names match (default: all)")
+    parser.add_argument("--threads", type=int, metavar="N", help="threads of Mitsuba (default: one per core)")
+    parser.add_argument("--no-evaluate", action="store_true", help="only make the runs")
+    return parser.parse_args()
+
+
+def command(run: dict[str, Any], threads: int | None) -> list[str]:
+    """The process that makes one run of the plan."""
+    try:
+        words = [run["scene"], "-o", run["output"], "--spp", str(run["spp"]), "--seed", str(run["seed"])]
+        options = {f"--{name}": run[name] for name in ("integrator", "sampler", "variant")} | {"--threads": threads}
+        named = {"--param": run["params"], "-D": run["defines"]}
+    except KeyError as error:
+        raise UserError(f"{run.get('cell')}: the plan does not say its {error}") from error
+    words += [word for name, value in options.items() if value for word in (name, str(value))]
+    for option, values in named.items():
+        words += [word for name, value in values.items() for word in (option, f"{name}={etendue.value_text(value)}")]
+    return [sys.executable, str(MITSUBA_RUN), *words]
+
+
+def make_runs(study: Path, out: Path | None, only: str, threads: int | None) -> int:
+    """Make the missing runs, each with a line of what it took; returns how many failed."""
+    runs = [run for run in etendue.plan(study, out=out) if run["renderer"] == "mitsuba" and fnmatch(run["cell"], only)]
+    failed = 0
+    for run in runs:
+        name = f"{run['cell']} seed {run['seed']}"
+        try:
+            etendue.run_command(command(run, threads))
+        except etendue.EtendueError as error:
+            failed += 1
+            print(f"convergence.py: {name}: {str(error).removeprefix('mitsuba_run.py: ')}", file=sys.stderr, flush=True)
+            continue
+        found = etendue.read_image(run["output"]).attributes
+        seconds, core = found["etendue.seconds"], found["etendue.core_seconds"]
+        print(f"{name}: {found['etendue.renderer']}: {seconds} s, {core} core-s", flush=True)
+    return failed
+
+
+def main() -> int:
+    arguments = parse_arguments()
+    try:
+        failed = make_runs(arguments.study, arguments.out, arguments.only, arguments.threads)
+        found = etendue.Evaluation(True, "") if arguments.no_evaluate else etendue.evaluate(arguments.study, out=arguments.out)
+        print(found.text, end="")
+    except UserError as error:
+        print(f"convergence.py: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("convergence.py: interrupted; the same command goes on", file=sys.stderr)
+        return etendue.INTERRUPTED
+    return 2 if failed else 0 if found.holds else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
