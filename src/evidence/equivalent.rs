@@ -59,7 +59,7 @@ pub(super) fn photon_mapped(
 /// of the scene, and how many images of how many passes of how many photons there are.
 const SCENES: [(&str, &str, f64, u32, u32, &str); 5] = [
     ("figure-8-photons", "per_pixel", 0.02, 8, 8, "30000"),
-    ("figure-9-caustic", "per_pass", 0.016, 8, 8, "100000"),
+    ("figure-9-caustic", "per_pass", 0.016, 12, 16, "40000"),
     ("glass-on-checker", "per_pixel", 0.012, 8, 8, "30000"),
     ("caustic-point", "per_pass", 0.012, 8, 8, "30000"),
     ("photon-caustic", "per_pixel", 0.012, 8, 8, "30000"),
