@@ -112,7 +112,7 @@ mod tests {
         let mut stream = Stream::at(&[seed]);
         let draw = move || loop {
             let x = stream.next_1d();
-            if stream.next_1d() * (1.0 + 0.5 * slope) < 1.0 + slope * (x - 0.5) {
+            if stream.next_1d() * (1.0 + 0.5 * slope.abs()) < 1.0 + slope * (x - 0.5) {
                 return x;
             }
         };
