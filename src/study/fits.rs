@@ -207,7 +207,10 @@ impl Series<'_> {
             Found::Slope(slope) => {
                 let half = slope.half_width(demand.outside);
                 if let Some(predicted) = form.slope {
-                    unless((slope.slope - predicted).abs() <= half, "the slope lies outside of its interval".into());
+                    unless(
+                        (slope.slope - predicted).abs() <= half,
+                        "the prediction lies outside of the interval".into(),
+                    );
                 }
                 if let Some([low, high]) = form.slope_within {
                     let inside = low <= slope.slope - half && slope.slope + half <= high;
@@ -226,7 +229,7 @@ impl Series<'_> {
                     let half = found.half_width(demand.outside, fit.dof);
                     unless(
                         (found.value - predicted).abs() <= half,
-                        format!("the amplitude {predicted} lies outside of its interval"),
+                        format!("the amplitude {predicted} lies outside of the interval"),
                     );
                 }
                 Some(fit.residuals)

@@ -162,7 +162,7 @@ fn a_wrong_prediction_fails() {
     let said = study(&folder, "");
     assert_eq!(said.code, Some(1), "{}", said.out);
     assert!(
-        said.out.contains("FAILS  RMSE, path on room") && said.out.contains("outside of its interval"),
+        said.out.contains("FAILS  RMSE, path on room") && said.out.contains("outside of the interval"),
         "{}",
         said.out
     );
