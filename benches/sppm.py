@@ -47,10 +47,8 @@ class Run(NamedTuple):
 def process(command: list[str], mean: Callable[[], float]) -> Run:
     """Run a command on one processor; `mean` reads its image."""
     # SmallVCM takes as many threads as it has processors.
-    one = {min(os.sched_getaffinity(0))}
-    child = subprocess.Popen(
-        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, preexec_fn=lambda: os.sched_setaffinity(0, one)
-    )
+    one = ["taskset", "--cpu-list", str(min(os.sched_getaffinity(0)))]
+    child = subprocess.Popen([*one, *command], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
     said = child.stderr.read().decode()
     _, status, usage = os.wait4(child.pid, 0)
     child.returncode = os.waitstatus_to_exitcode(status)
