@@ -384,7 +384,7 @@ fn options_that_are_wrong() {
             "integrator",
             options(
                 "--integrator pat",
-                &["--integrator pat: no integrator is called \"pat\"; known: path, ptracer, photonmapper, direct"],
+                &["--integrator pat: no integrator is called \"pat\"; known: path, ptracer, photonmapper, sppm"],
             ),
         ),
         (
