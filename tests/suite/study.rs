@@ -2,6 +2,8 @@
 
 use std::{collections::BTreeMap, fs, path::PathBuf};
 
+use etendue::film::exr;
+
 use crate::kit::{Folder, INTEGRATOR, Said, run, scene_of};
 
 /// A floor under an even sky and a lamp: cheap, and not the same in every sample.
@@ -133,13 +135,15 @@ fn a_study_that_was_killed_goes_on() {
     folder.write("out/rows.jsonl", &table[..table.len() - 20]);
     folder.write("out/rows.csv", read(&folder, "rows.csv").trim_end());
     let torn = first.keys().find(|path| path.to_string_lossy().contains("path.4")).unwrap();
-    let bytes = fs::read(torn).unwrap();
+    // Headers tell times, which may be longer or shorter another time.
+    let channels = || exr::read(torn).expect("an image").channels;
+    let (bytes, whole) = (fs::read(torn).unwrap(), channels());
     fs::write(torn, &bytes[..bytes.len() / 3]).unwrap();
     let planned = study(&folder, "--plan");
     assert_eq!(planned.out.lines().count(), 3, "{}", planned.out);
     assert_eq!(study(&folder, "").code, Some(0));
     assert_eq!((rows(&folder).len(), read(&folder, "rows.csv").lines().count()), (4, 5));
-    assert_eq!(fs::read(torn).unwrap().len(), bytes.len());
+    assert_eq!(channels(), whole);
     for (path, time) in &first {
         assert!(path == torn || images(&folder)[path] == *time, "{} was made again", path.display());
     }
