@@ -16,8 +16,8 @@ import etendue
 import study_parts
 
 SCRIPT = str(etendue.ROOT / "scripts" / "study_cluster.py")
-# Samples per pixel that take a core some seconds.
-LONG = 16_000
+# Samples per pixel that take a core some ten seconds, longer than it takes to interrupt them.
+LONG = 80_000
 PATIENCE = 120.0
 
 
