@@ -29,8 +29,7 @@ pub(crate) const FAILED: u8 = 1;
 
 const AFTER_HELP: &str = "Exit codes:
   0  good
-  1  a verdict failed: an image differs, a row of verify or a prediction of a study does not hold, or there are too few
-     samples to tell
+  1  a verdict failed: an image differs, a row of verify or a prediction of a study does not hold, or there are too few samples to tell
   2  bad input: one line on stderr says where and what; nothing is written
   130  interrupted; what there was, is written";
 

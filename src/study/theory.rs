@@ -78,7 +78,8 @@ impl Curve {
     }
 }
 
-/// The squares of the radii of progressive passes over that of the first.
+/// The squares of the radii of progressive passes over that of the first. By a recursion of its own:
+/// a prediction that shared its function with the integrator would share its faults.
 struct Radii {
     alpha: f64,
     pass: f64,
