@@ -6,10 +6,10 @@ use std::{num::NonZeroUsize, path::Path, sync::LazyLock};
 use divan::{Bencher, black_box, counter::ItemsCount};
 use etendue::{
     math::{Ray, rng::Stream, warp},
-    node::xml,
-    photon::{Aim, Harvest, Kernel, Lookup, Map, Site, harvest},
+    photon::{EmittedPhotons, EstimateParameters, GatherPoint, Kernel, Map, PhotonMapKind, trace_photons},
     scene::Scene,
-    transport::Depths,
+    scene_file::xml,
+    transport::PathLimits,
 };
 use glam::DVec3;
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
@@ -27,13 +27,19 @@ const ROOM: &str = r#"<scene version="3.0.0"><sensor type="perspective"><film ty
 /// The scene with a million photons.
 struct Setup {
     scene: Scene,
-    found: Harvest,
+    found: EmittedPhotons,
 }
 
 static SETUP: LazyLock<Setup> = LazyLock::new(|| {
     let document = xml::parse(ROOM, "bench", Path::new(""), &[]).expect("the scene is valid XML");
     let scene = Scene::build(&document).expect("the scene is valid");
-    let mut found = harvest(&scene, Aim::Everywhere, 520_000, Depths { max: u32::MAX, roulette: 1 }, [1, 0, 0]);
+    let mut found = trace_photons(
+        &scene,
+        PhotonMapKind::Global,
+        520_000,
+        PathLimits { max_depth: u32::MAX, rr_depth: 1 },
+        [1, 0, 0],
+    );
     found.positions.truncate(PHOTONS);
     found.photons.truncate(PHOTONS);
     assert_eq!(found.photons.len(), PHOTONS);
@@ -45,12 +51,12 @@ const QUERIES: usize = 10_000;
 const NEAREST: NonZeroUsize = NonZeroUsize::new(50).expect("fifty is not zero");
 
 /// Places that rays from the middle see, in random order.
-fn sites() -> Vec<Site> {
+fn sites() -> Vec<GatherPoint> {
     let scene = &SETUP.scene;
-    let mut numbers = Stream::at(&[2]);
+    let mut sampler = Stream::at(&[2]);
     let mut site = || {
-        let ray = Ray::new(DVec3::new(0.0, 0.1, 0.2), warp::square_to_sphere(numbers.next_2d()));
-        Site::new(scene, &scene.intersect(&ray).expect("the room is closed"))
+        let ray = Ray::new(DVec3::new(0.0, 0.1, 0.2), warp::square_to_sphere(sampler.next_2d()));
+        GatherPoint::new(scene, &scene.intersect(&ray).expect("the room is closed"))
     };
     (0..QUERIES).map(|_| site()).collect()
 }
@@ -58,9 +64,9 @@ fn sites() -> Vec<Site> {
 #[divan::bench(sample_count = 5, sample_size = 1)]
 fn trace_a_million(bencher: Bencher<'_, '_>) {
     let scene = &SETUP.scene;
-    bencher
-        .counter(ItemsCount::new(PHOTONS))
-        .bench(|| harvest(scene, Aim::Everywhere, 500_000, Depths { max: u32::MAX, roulette: 1 }, [1, 0, 0]));
+    bencher.counter(ItemsCount::new(PHOTONS)).bench(|| {
+        trace_photons(scene, PhotonMapKind::Global, 500_000, PathLimits { max_depth: u32::MAX, rr_depth: 1 }, [1, 0, 0])
+    });
 }
 
 #[divan::bench(sample_count = 10, sample_size = 1)]
@@ -84,7 +90,7 @@ fn build_of_a_million_by_kiddo(bencher: Bencher<'_, '_>) {
 fn fifty_nearest(bencher: Bencher<'_, '_>) {
     let map = Map::new(&SETUP.found.positions, SETUP.found.photons.clone());
     let sites = sites();
-    let lookup = Lookup { nearest: Some(NEAREST), radius: 0.1, kernel: Kernel::Epanechnikov };
+    let lookup = EstimateParameters { nearest: Some(NEAREST), radius: 0.1, kernel: Kernel::Epanechnikov };
     bencher.counter(ItemsCount::new(QUERIES)).bench(|| {
         for site in &sites {
             let mut sum = DVec3::ZERO;
@@ -110,7 +116,7 @@ fn all_within(bencher: Bencher<'_, '_>) {
     let map = Map::new(&SETUP.found.positions, SETUP.found.photons.clone());
     let sites = sites();
     // Some fifty photons.
-    let lookup = Lookup { nearest: None, radius: 0.02, kernel: Kernel::Epanechnikov };
+    let lookup = EstimateParameters { nearest: None, radius: 0.02, kernel: Kernel::Epanechnikov };
     bencher.counter(ItemsCount::new(QUERIES)).bench(|| {
         for site in &sites {
             let mut sum = DVec3::ZERO;

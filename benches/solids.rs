@@ -9,8 +9,8 @@ use std::hint::black_box;
 use divan::{Bencher, counter::ItemsCount};
 use etendue::{
     math::{Ray, rng::Stream, warp},
-    node::xml,
-    shape::{Model as _, Shape, Shapes},
+    scene_file::xml,
+    shape::{Shape, ShapeModel as _, Shapes},
 };
 use glam::DVec3;
 

@@ -5,10 +5,10 @@ use crate::{
     emitter::Emitter,
     film::{FilmPlugin, Filter},
     integrator::Integrator,
-    node::Plugin,
     sampler::Sampler,
+    scene_file::Plugin,
     sensor::Camera,
-    shape::Form,
+    shape::Geometry,
     texture::Texture,
 };
 
@@ -20,7 +20,7 @@ pub fn plugins() -> impl Iterator<Item = &'static Plugin> {
         FilmPlugin::PLUGINS,
         Filter::PLUGINS,
         Sampler::PLUGINS,
-        Form::PLUGINS,
+        Geometry::PLUGINS,
         Bsdf::PLUGINS,
         Texture::PLUGINS,
         Emitter::PLUGINS,

@@ -4,7 +4,7 @@
 //! The modules stand in this order, and each uses only itself and those above it; a test holds them to it:
 //!
 //! 1. what everything stands on: [`math`], [`stats`] and [`law`], which is how claims are written down;
-//! 2. what a scene file says: [`node`], and [`provenance`], which hashes its files;
+//! 2. what a scene file says: [`scene_file`], and [`provenance`], which hashes its files;
 //! 3. what a scene is made of: [`texture`], [`shape`], [`bsdf`], [`emitter`], [`sampler`], [`film`], [`sensor`], and the
 //!    [`scene`] that they make;
 //! 4. how light travels through it: [`transport`], [`photon`], [`integrator`], [`render`];
@@ -18,7 +18,7 @@
 //! ```
 //! use std::path::Path;
 //!
-//! use etendue::{integrator::Overrides, node::xml, render::{Pass, Renderer}};
+//! use etendue::{integrator::Overrides, scene_file::xml, render::{Replicate, Renderer}};
 //!
 //! let scene = r#"<scene version="3.0.0">
 //!     <integrator type="path"/>
@@ -31,7 +31,7 @@
 //! </scene>"#;
 //! let document = xml::parse(scene, "scene.xml", Path::new(""), &[])?;
 //! let renderer = Renderer::new(&document, &Overrides::default())?;
-//! let film = renderer.render(Pass { seed: 1, number: 0, samples: 256 }, &|_| {});
+//! let film = renderer.render(Replicate { seed: 1, number: 0, samples: 256 }, &|_| {});
 //! for [red, green, blue] in film.means() {
 //!     assert!((red - 0.5).abs() < 0.1 && green == red && blue == red);
 //! }
@@ -41,7 +41,7 @@
 pub mod math;
 pub mod stats;
 pub mod law;
-pub mod node;
+pub mod scene_file;
 pub mod provenance;
 pub mod texture;
 pub mod shape;

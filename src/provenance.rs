@@ -4,7 +4,7 @@ use std::{fs, io, path::PathBuf};
 
 use sha2::{Digest as _, Sha256};
 
-use crate::node::{Document, Value};
+use crate::scene_file::{Document, Value};
 
 /// The version of this program, with the commit it was built from where that is known.
 #[must_use]

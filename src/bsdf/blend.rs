@@ -1,9 +1,9 @@
 use glam::{DVec2, DVec3};
 
-use super::{Bsdf, Lobe, Model, Query, Sample};
+use super::{Bsdf, BsdfModel, Lobe, Query, Sample};
 use crate::{
     math::{PerSolidAngle, Rgb},
-    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
     shape::Surface,
     texture::Texture,
 };
@@ -24,8 +24,8 @@ impl Described for Blend {
         name: "blendbsdf",
         summary: "A mixture of two bsdfs.",
         params: &[
-            Param::new("weight", Kind::Texture, "0.5", "the share of the second, grey").within(Range::UNIT),
-            Param::required("bsdf", Kind::Object(Category::Bsdf), "the two"),
+            Param::new("weight", ParamKind::Texture, "0.5", "the share of the second, grey").within(Range::UNIT),
+            Param::required("bsdf", ParamKind::Object(Category::Bsdf), "the two"),
         ],
         examples: &[
             r#"<bsdf type="blendbsdf"><float name="weight" value="0.3"/>
@@ -61,7 +61,7 @@ impl Blend {
     }
 }
 
-impl Model for Blend {
+impl BsdfModel for Blend {
     fn is_smooth(&self) -> bool {
         self.bsdfs.iter().any(Bsdf::is_smooth)
     }
@@ -75,8 +75,8 @@ impl Model for Blend {
         self.parts(query.uv).map(|(share, bsdf)| share * bsdf.eval_cos(query, wo)).sum()
     }
 
-    fn density(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
-        PerSolidAngle(self.parts(query.uv).map(|(share, bsdf)| share * bsdf.density(query, wo).0).sum())
+    fn pdf(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
+        PerSolidAngle(self.parts(query.uv).map(|(share, bsdf)| share * bsdf.pdf(query, wo).0).sum())
     }
 
     /// Draws from one of both, with what is left of `u1` once that is chosen.
@@ -89,10 +89,10 @@ impl Model for Blend {
         };
         let sample = bsdf.sample(query, rest, u2)?;
         if sample.lobe != Lobe::Smooth {
-            return Some(Sample { density: PerSolidAngle(share * sample.density.0), ..sample });
+            return Some(Sample { pdf: PerSolidAngle(share * sample.pdf.0), ..sample });
         }
-        let density = self.density(query, sample.wo);
-        Some(Sample { weight: self.eval_cos(query, sample.wo) / density.0, density, ..sample })
+        let pdf = self.pdf(query, sample.wo);
+        Some(Sample { weight: self.eval_cos(query, sample.wo) / pdf.0, pdf, ..sample })
     }
 
     fn albedo(&self, uv: DVec2) -> Rgb {
@@ -121,11 +121,11 @@ impl Model for Blend {
         self.parts(query.uv).filter_map(through).reduce(|one, other| one + other)
     }
 
-    fn glows(&self) -> bool {
-        self.bsdfs.iter().any(Bsdf::glows)
+    fn has_self_emission(&self) -> bool {
+        self.bsdfs.iter().any(Bsdf::has_self_emission)
     }
 
-    fn glow(&self, surface: &Surface, is_front: bool) -> Rgb {
-        self.parts(surface.uv).map(|(share, bsdf)| share * bsdf.glow(surface, is_front)).sum()
+    fn self_emission(&self, surface: &Surface, is_front: bool) -> Rgb {
+        self.parts(surface.uv).map(|(share, bsdf)| share * bsdf.self_emission(surface, is_front)).sum()
     }
 }

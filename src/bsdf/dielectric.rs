@@ -3,13 +3,13 @@ use std::{fmt::Debug, marker::PhantomData};
 use glam::{DVec2, DVec3};
 
 use super::{
-    Lobe, Model, Query, Sample, Transport,
+    BsdfModel, Lobe, Query, Sample, TransportMode,
     fresnel::{self, Interface},
     reflect,
 };
 use crate::{
     math::{PerSolidAngle, Rgb},
-    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError, Value},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, Value},
     texture::Texture,
 };
 
@@ -46,19 +46,19 @@ pub trait Reflectance: Clone + Debug {
 }
 
 const INT_IOR: Param =
-    Param::new("int_ior", Kind::Float, "1.5046", "the index of refraction inside, a number or a name")
+    Param::new("int_ior", ParamKind::Float, "1.5046", "the index of refraction inside, a number or a name")
         .within(Range::POSITIVE);
 const EXT_IOR: Param =
-    Param::new("ext_ior", Kind::Float, "1.000277", "the index of refraction outside, a number or a name")
+    Param::new("ext_ior", ParamKind::Float, "1.000277", "the index of refraction outside, a number or a name")
         .within(Range::POSITIVE);
 const SPECULAR_REFLECTANCE: Param =
-    Param::new("specular_reflectance", Kind::Texture, "1", "scales what is reflected; not physical")
+    Param::new("specular_reflectance", ParamKind::Texture, "1", "scales what is reflected; not physical")
         .within(Range::UNIT);
 const SPECULAR_TRANSMITTANCE: Param =
-    Param::new("specular_transmittance", Kind::Texture, "1", "scales what is refracted; not physical")
+    Param::new("specular_transmittance", ParamKind::Texture, "1", "scales what is refracted; not physical")
         .within(Range::UNIT);
 const ABSORPTION: Param =
-    Param::new("absorption", Kind::Rgb, "0", "the absorption coefficient of the medium inside, in 1/m")
+    Param::new("absorption", ParamKind::Rgb, "0", "the absorption coefficient of the medium inside, in 1/m")
         .within(Range::NON_NEGATIVE);
 
 /// After Fresnel's exact equations for unpolarised light.
@@ -98,7 +98,7 @@ impl Reflectance for Schlick {
             EXT_IOR,
             Param::new(
                 "reflectance_model",
-                Kind::Choice(&["schlick", "none"]),
+                ParamKind::Choice(&["schlick", "none"]),
                 "schlick",
                 "none lets everything through but what is totally reflected",
             ),
@@ -173,7 +173,7 @@ fn index(params: &Params<'_>, name: &str) -> Result<f64, SceneError> {
     })
 }
 
-impl<K: Reflectance> Model for Glass<K> {
+impl<K: Reflectance> BsdfModel for Glass<K> {
     fn is_smooth(&self) -> bool {
         false
     }
@@ -182,7 +182,7 @@ impl<K: Reflectance> Model for Glass<K> {
         Rgb::ZERO
     }
 
-    fn density(&self, _query: &Query, _wo: DVec3) -> PerSolidAngle {
+    fn pdf(&self, _query: &Query, _wo: DVec3) -> PerSolidAngle {
         PerSolidAngle(0.0)
     }
 
@@ -190,18 +190,18 @@ impl<K: Reflectance> Model for Glass<K> {
     fn sample(&self, query: &Query, u1: f64, _u2: DVec2) -> Option<Sample> {
         let interface = (self.interface)(query.wi.z, self.eta);
         if u1 < interface.reflectance {
-            let density = PerSolidAngle(interface.reflectance);
+            let pdf = PerSolidAngle(interface.reflectance);
             let weight = self.specular_reflectance.eval(query.uv);
-            return Some(Sample { wo: reflect(query.wi), weight, density, lobe: Lobe::Delta, eta: 1.0 });
+            return Some(Sample { wo: reflect(query.wi), weight, pdf, lobe: Lobe::Delta, eta: 1.0 });
         }
-        let compression = match query.transport {
-            Transport::Radiance => 1.0 / (interface.eta * interface.eta),
-            Transport::Flux => 1.0,
+        let compression = match query.mode {
+            TransportMode::Radiance => 1.0 / (interface.eta * interface.eta),
+            TransportMode::Importance => 1.0,
         };
         Some(Sample {
             wo: fresnel::refract(query.wi, &interface),
             weight: self.specular_transmittance.eval(query.uv) * compression,
-            density: PerSolidAngle(1.0 - interface.reflectance),
+            pdf: PerSolidAngle(1.0 - interface.reflectance),
             lobe: Lobe::Delta,
             eta: interface.eta,
         })

@@ -2,10 +2,10 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::{DVec2, DVec3};
 
-use super::{Lobe, Model, Query, Sample};
+use super::{BsdfModel, Lobe, Query, Sample};
 use crate::{
     math::{PerSolidAngle, Rgb, cos_theta, warp},
-    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
     texture::Texture,
 };
 
@@ -28,9 +28,8 @@ impl Described for Diffuse {
         category: Category::Bsdf,
         name: "diffuse",
         summary: "Lambert's ideally diffuse surface; black on its back.",
-        params: &[
-            Param::new("reflectance", Kind::Texture, "0.5", "the share of light that is reflected").within(Range::UNIT)
-        ],
+        params: &[Param::new("reflectance", ParamKind::Texture, "0.5", "the share of light that is reflected")
+            .within(Range::UNIT)],
         examples: &[r#"<bsdf type="diffuse"><rgb name="reflectance" value="0.8, 0.4, 0.1"/></bsdf>"#],
         evidence: &["radiometry/furnace", "radiometry/integrating-sphere"],
     };
@@ -40,7 +39,7 @@ impl Described for Diffuse {
     }
 }
 
-impl Model for Diffuse {
+impl BsdfModel for Diffuse {
     fn is_smooth(&self) -> bool {
         true
     }
@@ -54,9 +53,9 @@ impl Model for Diffuse {
     }
 
     #[inline]
-    fn density(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
+    fn pdf(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
         let lit = cos_theta(query.wi) > 0.0;
-        PerSolidAngle(if lit { warp::cosine_hemisphere_density(cos_theta(wo)) } else { 0.0 })
+        PerSolidAngle(if lit { warp::square_to_cosine_hemisphere_pdf(cos_theta(wo)) } else { 0.0 })
     }
 
     #[inline]
@@ -65,8 +64,8 @@ impl Model for Diffuse {
         if cos_theta(query.wi) <= 0.0 || cos_theta(wo) <= 0.0 {
             return None;
         }
-        let density = PerSolidAngle(warp::cosine_hemisphere_density(cos_theta(wo)));
-        Some(Sample { wo, weight: self.reflectance.eval(query.uv), density, lobe: Lobe::Smooth, eta: 1.0 })
+        let pdf = PerSolidAngle(warp::square_to_cosine_hemisphere_pdf(cos_theta(wo)));
+        Some(Sample { wo, weight: self.reflectance.eval(query.uv), pdf, lobe: Lobe::Smooth, eta: 1.0 })
     }
 
     fn albedo(&self, uv: DVec2) -> Rgb {

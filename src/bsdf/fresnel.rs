@@ -40,7 +40,7 @@ pub fn dielectric(cos_i: f64, eta: f64) -> Interface {
 
 /// Schlick's approximation of the reflectance at an interface, with the cosine on its less dense side, and total reflection
 /// where Snell's law has it. Its largest error at an index of 1.5 is 0.035693, at 84.975 degrees.
-/// Schlick 1994, "An Inexpensive BRDF Model for Physically-based Rendering", Computer Graphics Forum 13(3), eq. (15).
+/// Schlick 1994, "An Inexpensive BRDF BsdfModel for Physically-based Rendering", Computer Graphics Forum 13(3), eq. (15).
 #[must_use]
 pub fn schlick(cos_i: f64, eta: f64) -> Interface {
     let exact = dielectric(cos_i, eta);

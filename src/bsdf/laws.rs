@@ -4,11 +4,11 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
-use super::{Bsdf, Lobe, Model as _, Query, Transport, fresnel};
+use super::{Bsdf, BsdfModel as _, Lobe, Query, TransportMode, fresnel};
 use crate::{
     law::{Effort, Finding, Law, worst},
     math::{Rgb, rng::Stream, warp},
-    node::xml,
+    scene_file::xml,
     stats::{Chi2, Ks},
 };
 
@@ -16,8 +16,8 @@ use crate::{
 pub const LAWS: &[Law] = &[
     Law {
         name: "bsdf/chi2",
-        claim: "Directions are drawn with the density that the BSDF states, and those it loses are accounted for.",
-        source: "Pearson's chi-square of a histogram against the integrated density; pooled cells are tested too",
+        claim: "Directions are drawn with the pdf that the BSDF states, and those it loses are accounted for.",
+        source: "Pearson's chi-square of a histogram against the integrated pdf; pooled cells are tested too",
         check: chi2,
     },
     Law {
@@ -26,7 +26,7 @@ pub const LAWS: &[Law] = &[
         source: "definition; catches a wrong radial warp, which a test of directions alone cannot see",
         check: unit_length,
     },
-    Law { name: "bsdf/weight", claim: "A sample's weight is eval_cos / density.", source: "definition", check: weight },
+    Law { name: "bsdf/weight", claim: "A sample's weight is eval_cos / pdf.", source: "definition", check: weight },
     Law {
         name: "bsdf/energy",
         claim: "No more light leaves than arrives: the excess of the directional albedo over 1, per channel, towards the camera.",
@@ -54,7 +54,7 @@ pub const LAWS: &[Law] = &[
     },
     Law {
         name: "bsdf/metal",
-        claim: "Fuzzy metal has the density and the distribution of their closed forms, at roughness below and above 1, and the \
+        claim: "Fuzzy metal has the pdf and the distribution of their closed forms, at roughness below and above 1, and the \
                 directional albedo at roughness up to 1.",
         source: "the ball's volume by direction: ∫ s² ds along chords; below the horizon, the volume of a cap",
         check: metal,
@@ -109,7 +109,7 @@ fn queries() -> impl Iterator<Item = (f64, Query)> {
     INCIDENCES.into_iter().map(|(theta, phi)| {
         let (theta_r, phi_r): (f64, f64) = (theta.to_radians(), phi.to_radians());
         let wi = DVec3::new(theta_r.sin() * phi_r.cos(), theta_r.sin() * phi_r.sin(), theta_r.cos());
-        (theta, Query { wi, uv: DVec2::splat(0.3), transport: Transport::Radiance })
+        (theta, Query { wi, uv: DVec2::splat(0.3), mode: TransportMode::Radiance })
     })
 }
 
@@ -154,14 +154,14 @@ fn expected_in(bsdf: &Bsdf, query: &Query, samples: f64, cell: usize) -> f64 {
     let count = |points: usize| {
         let area = 2.0 * TAU / (CELLS.0 * CELLS.1 * points * points) as f64;
         let middle = |point: usize| (point as f64 + 0.5) / points as f64;
-        let density = |j: usize| {
+        let pdf = |j: usize| {
             let s = middle(j / points);
             let z = 2.0 * ((cell / CELLS.1 + 1) as f64 - s * s) / CELLS.0 as f64 - 1.0;
             let azimuth = TAU * ((cell % CELLS.1) as f64 + middle(j % points)) / CELLS.1 as f64;
             let radius = (1.0 - z * z).sqrt();
-            2.0 * s * bsdf.density(query, DVec3::new(radius * azimuth.cos(), radius * azimuth.sin(), z)).0
+            2.0 * s * bsdf.pdf(query, DVec3::new(radius * azimuth.cos(), radius * azimuth.sin(), z)).0
         };
-        samples * area * (0..points * points).map(density).sum::<f64>()
+        samples * area * (0..points * points).map(pdf).sum::<f64>()
     };
     let (mut points, mut before) = (POINTS.0, count(POINTS.0));
     while points < POINTS.1 {
@@ -193,7 +193,7 @@ fn observed_counts(bsdf: &Bsdf, query: &Query, samples: u32, mut stream: Stream)
 /// Some samples of every example from every incidence, of what comes from the camera and from lights.
 fn for_samples(mut visit: impl FnMut(&str, &Bsdf, &Query, &super::Sample)) {
     for (name, bsdf) in examples() {
-        let from_light = |(theta, query)| (theta, Query { transport: Transport::Flux, ..query });
+        let from_light = |(theta, query)| (theta, Query { mode: TransportMode::Importance, ..query });
         for (_, query) in queries().chain(queries().map(from_light)) {
             let mut stream = Stream::at(&[12, query.wi.x.to_bits()]);
             for _ in 0..2000 {
@@ -213,10 +213,10 @@ fn weight(_: Effort) -> Vec<Finding> {
     worst(1e-9, |note| {
         for_samples(|name, bsdf, query, sample| {
             if sample.lobe == Lobe::Smooth {
-                let density = bsdf.density(query, sample.wo);
-                let expected = bsdf.eval_cos(query, sample.wo) / density.0;
+                let pdf = bsdf.pdf(query, sample.wo);
+                let expected = bsdf.eval_cos(query, sample.wo) / pdf.0;
                 note(name, (sample.weight - expected).abs().max_element() / expected.max_element().max(1e-3));
-                note(name, (sample.density.0 / density.0 - 1.0).abs());
+                note(name, (sample.pdf.0 / pdf.0 - 1.0).abs());
             }
         });
     })
@@ -228,7 +228,7 @@ fn energy(_: Effort) -> Vec<Finding> {
     worst(2e-3, |note| {
         for (name, bsdf) in examples() {
             for (_, query) in queries() {
-                let flux = Query { transport: Transport::Flux, ..query };
+                let flux = Query { mode: TransportMode::Importance, ..query };
                 note(&name, (smooth_albedo(&bsdf, &query) + delta_albedo(&bsdf, &flux)).max_element() - 1.0);
             }
         }
@@ -262,10 +262,10 @@ fn delta_albedo(bsdf: &Bsdf, query: &Query) -> Rgb {
 fn reciprocity(_: Effort) -> Vec<Finding> {
     worst(1e-9, |note| {
         for_samples(|name, bsdf, query, sample| {
-            if query.transport == Transport::Flux {
+            if query.mode == TransportMode::Importance {
                 return;
             }
-            let reverse = Query { wi: sample.wo, transport: Transport::Flux, ..*query };
+            let reverse = Query { wi: sample.wo, mode: TransportMode::Importance, ..*query };
             if sample.lobe == Lobe::Smooth {
                 let there = bsdf.eval_cos(query, sample.wo) / sample.wo.z.abs();
                 let back = bsdf.eval_cos(&reverse, query.wi) / query.wi.z.abs();
@@ -276,16 +276,15 @@ fn reciprocity(_: Effort) -> Vec<Finding> {
             let choices = (0..256).map(|i| (f64::from(i) + 0.5) / 256.0).chain([1e-9, 1.0 - 1e-9]);
             let mut choices = choices.filter_map(|u| bsdf.sample(&reverse, u, DVec2::splat(0.5)));
             let back = choices.find(same_way).expect("a single direction can be taken back");
-            let there = sample.weight * (sample.density.0 * sample.eta * sample.eta);
-            let back = back.weight * back.density.0;
+            let there = sample.weight * (sample.pdf.0 * sample.eta * sample.eta);
+            let back = back.weight * back.pdf.0;
             note(name, (there - back).abs().max_element() / there.max_element());
         });
     })
 }
 
 fn rough_albedo(_: Effort) -> Vec<Finding> {
-    let straight =
-        Query { wi: DVec3::new(1e-6, 0.0, 1.0).normalize(), uv: DVec2::ZERO, transport: Transport::Radiance };
+    let straight = Query { wi: DVec3::new(1e-6, 0.0, 1.0).normalize(), uv: DVec2::ZERO, mode: TransportMode::Radiance };
     [("ggx", 0.877_358_42, 5e-4), ("beckmann", 0.999_752_37, 5e-4)]
         .into_iter()
         .map(|(distribution, expected, bound)| {
@@ -302,7 +301,7 @@ fn rough_albedo(_: Effort) -> Vec<Finding> {
 fn albedo_at(bsdf: &Bsdf, cos: f64) -> f64 {
     const N: usize = 1200;
     let wi = DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
-    let query = Query { wi, uv: DVec2::ZERO, transport: Transport::Radiance };
+    let query = Query { wi, uv: DVec2::ZERO, mode: TransportMode::Radiance };
     let value = |i: usize, j: usize| {
         let s = (i as f64 + 0.5) / N as f64;
         let z = 1.0 - s * s;
@@ -374,21 +373,21 @@ fn fuzzy(roughness: f64) -> Bsdf {
 
 fn metal(effort: Effort) -> Vec<Finding> {
     let mut findings = Vec::new();
-    let straight = Query { wi: DVec3::Z, uv: DVec2::ZERO, transport: Transport::Radiance };
+    let straight = Query { wi: DVec3::Z, uv: DVec2::ZERO, mode: TransportMode::Radiance };
     let at = |cos: f64| DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
     for (roughness, cos, expected) in
         [(0.3, 0.98, 3.879_505_292_9), (0.7, 0.9, 0.693_823_948_2), (1.0, 0.5, 0.079_577_471_5)]
     {
-        let density = fuzzy(roughness).density(&straight, at(cos)).0;
-        findings.push(Finding::value(format!("density, ρ = {roughness}, μ = {cos}"), density, expected, 1e-9));
+        let pdf = fuzzy(roughness).pdf(&straight, at(cos)).0;
+        findings.push(Finding::value(format!("pdf, ρ = {roughness}, μ = {cos}"), pdf, expected, 1e-9));
     }
     // An obtuse angle to the mirror direction, at oblique incidence.
     let oblique = Query { wi: at(0.3), ..straight };
     let mirror = DVec3::new(-oblique.wi.x, 0.0, 0.3);
     let across = DVec3::new(mirror.z, 0.0, -mirror.x);
     let backwards = -0.5 * mirror + 0.75_f64.sqrt() * across;
-    let density = fuzzy(1.5).density(&oblique, backwards).0;
-    findings.push(Finding::value("density, ρ = 1.5, μ = -0.5", density, 0.008_975_772, 1e-9));
+    let pdf = fuzzy(1.5).pdf(&oblique, backwards).0;
+    findings.push(Finding::value("pdf, ρ = 1.5, μ = -0.5", pdf, 0.008_975_772, 1e-9));
     for roughness in [0.05, 0.3, 0.7, 1.0_f64] {
         let bsdf = fuzzy(roughness);
         let mut stream = Stream::at(&[13, roughness.to_bits()]);

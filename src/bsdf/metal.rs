@@ -2,10 +2,10 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use super::{Lobe, Model, Query, Sample, Transport, reflect};
+use super::{BsdfModel, Lobe, Query, Sample, TransportMode, reflect};
 use crate::{
     math::{Frame, PerSolidAngle, Rgb, cos_theta, warp},
-    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
     texture::Texture,
 };
 
@@ -35,12 +35,10 @@ impl Described for Metal {
         name: "metal",
         summary: "A mirror whose directions are blurred by a ball; not reciprocal.",
         params: &[
-            Param::new("reflectance", Kind::Texture, "1", "the share of light that is reflected").within(Range::UNIT),
-            Param::new("roughness", Kind::Float, "0", "the radius of the ball; below 1e-7 a mirror").within(Range {
-                min: 0.0,
-                max: 10.0,
-                open: false,
-            }),
+            Param::new("reflectance", ParamKind::Texture, "1", "the share of light that is reflected")
+                .within(Range::UNIT),
+            Param::new("roughness", ParamKind::Float, "0", "the radius of the ball; below 1e-7 a mirror")
+                .within(Range { min: 0.0, max: 10.0, open: false }),
         ],
         examples: &[
             r#"<bsdf type="metal"><rgb name="reflectance" value="0.9, 0.7, 0.4"/><float name="roughness" value="0.3"/></bsdf>"#,
@@ -86,14 +84,14 @@ impl Metal {
 
     /// What a path from a light carries more than one from the camera.
     fn adjoint(query: &Query, wo: DVec3) -> f64 {
-        match query.transport {
-            Transport::Radiance => 1.0,
-            Transport::Flux => cos_theta(wo) / cos_theta(query.wi),
+        match query.mode {
+            TransportMode::Radiance => 1.0,
+            TransportMode::Importance => cos_theta(wo) / cos_theta(query.wi),
         }
     }
 }
 
-impl Model for Metal {
+impl BsdfModel for Metal {
     fn is_smooth(&self) -> bool {
         self.roughness > 0.0
     }
@@ -113,7 +111,7 @@ impl Model for Metal {
         self.reflectance.eval(query.uv) * (lobe * Self::adjoint(query, wo))
     }
 
-    fn density(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
+    fn pdf(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
         PerSolidAngle(if self.is_smooth() { self.lobe_between(query, wo) } else { 0.0 })
     }
 
@@ -124,17 +122,17 @@ impl Model for Metal {
         let mirror = reflect(query.wi);
         let weight = self.reflectance.eval(query.uv);
         if !self.is_smooth() {
-            return Some(Sample { wo: mirror, weight, density: PerSolidAngle(1.0), lobe: Lobe::Delta, eta: 1.0 });
+            return Some(Sample { wo: mirror, weight, pdf: PerSolidAngle(1.0), lobe: Lobe::Delta, eta: 1.0 });
         }
         // About the mirror direction, so that no digits are lost in narrow lobes.
         let ball = u1.cbrt() * warp::square_to_sphere(u2);
         let offset = self.roughness * ball + DVec3::Z;
         let wo = Frame::from_normal(mirror).to_world(offset).try_normalize()?;
-        let density = self.density(query, wo);
-        if density.0 == 0.0 {
+        let pdf = self.pdf(query, wo);
+        if pdf.0 == 0.0 {
             return None;
         }
-        Some(Sample { wo, weight: weight * Self::adjoint(query, wo), density, lobe: Lobe::Smooth, eta: 1.0 })
+        Some(Sample { wo, weight: weight * Self::adjoint(query, wo), pdf, lobe: Lobe::Smooth, eta: 1.0 })
     }
 
     fn albedo(&self, uv: DVec2) -> Rgb {

@@ -6,7 +6,7 @@ use crate::math::warp;
 
 /// The distribution of the facets' normals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum DistributionKind {
     Beckmann,
     Ggx,
 }
@@ -15,15 +15,15 @@ pub(super) enum Kind {
 /// Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces"; anisotropic form after Heitz 2014,
 /// "Understanding the Masking-Shadowing Function".
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Facets {
-    pub(super) kind: Kind,
+pub(super) struct MicrofacetDistribution {
+    pub(super) kind: DistributionKind,
     /// Root mean square slopes (Beckmann) or their GGX counterparts, along x and y.
     pub(super) alpha: DVec2,
     /// Whether normals are drawn as they are seen from `wi`, or as they are distributed.
     pub(super) visible: bool,
 }
 
-impl Facets {
+impl MicrofacetDistribution {
     /// The density of facets `D(m)`, normalised such that `∫ D(m) cos θ(m) dm = 1`.
     pub(super) fn distribution(&self, m: DVec3) -> f64 {
         if m.z <= 0.0 {
@@ -33,8 +33,8 @@ impl Facets {
         let slope2 = ((m.truncate() / self.alpha) / m.z).length_squared();
         let scale = PI * self.alpha.x * self.alpha.y * cos2 * cos2;
         match self.kind {
-            Kind::Beckmann => (-slope2).exp() / scale,
-            Kind::Ggx => 1.0 / (scale * (1.0 + slope2) * (1.0 + slope2)),
+            DistributionKind::Beckmann => (-slope2).exp() / scale,
+            DistributionKind::Ggx => 1.0 / (scale * (1.0 + slope2) * (1.0 + slope2)),
         }
     }
 
@@ -48,9 +48,9 @@ impl Facets {
             return 1.0;
         }
         match self.kind {
-            Kind::Ggx => 2.0 / (1.0 + (1.0 + alpha_tan2).sqrt()),
+            DistributionKind::Ggx => 2.0 / (1.0 + (1.0 + alpha_tan2).sqrt()),
             // Walter et al.'s rational approximation, eq. (27), which Mitsuba uses too.
-            Kind::Beckmann => {
+            DistributionKind::Beckmann => {
                 let a = 1.0 / alpha_tan2.sqrt();
                 if a >= 1.6 { 1.0 } else { (3.535 * a + 2.181 * a * a) / (1.0 + 2.276 * a + 2.577 * a * a) }
             }
@@ -60,24 +60,26 @@ impl Facets {
     /// Draws a facet's normal.
     pub(super) fn sample(&self, wi: DVec3, u: DVec2) -> DVec3 {
         match self.kind {
-            Kind::Ggx if self.visible => self.sample_visible_ggx(wi, u),
+            DistributionKind::Ggx if self.visible => self.sample_visible_ggx(wi, u),
             _ => self.sample_distribution(u),
         }
     }
 
-    /// The density of [`Facets::sample`], per solid angle of `m`.
-    pub(super) fn density(&self, wi: DVec3, m: DVec3) -> f64 {
+    /// The density of [`MicrofacetDistribution::sample`], per solid angle of `m`.
+    pub(super) fn pdf(&self, wi: DVec3, m: DVec3) -> f64 {
         match self.kind {
             // Heitz 2014, eq. (2).
-            Kind::Ggx if self.visible => self.distribution(m) * self.masking(wi, m) * wi.dot(m).abs() / wi.z,
+            DistributionKind::Ggx if self.visible => {
+                self.distribution(m) * self.masking(wi, m) * wi.dot(m).abs() / wi.z
+            }
             _ => self.distribution(m) * m.z,
         }
     }
 
     fn sample_distribution(&self, u: DVec2) -> DVec3 {
         let radius = match self.kind {
-            Kind::Beckmann => (-(1.0 - u.x).ln()).sqrt(),
-            Kind::Ggx => (u.x / (1.0 - u.x)).sqrt(),
+            DistributionKind::Beckmann => (-(1.0 - u.x).ln()).sqrt(),
+            DistributionKind::Ggx => (u.x / (1.0 - u.x)).sqrt(),
         };
         let (sin, cos) = (TAU * u.y).sin_cos();
         (radius * self.alpha * DVec2::new(cos, sin)).extend(1.0).normalize()
@@ -107,8 +109,8 @@ mod tests {
     /// `∫ D cos dm = 1` by quadrature in the slope radius, where both distributions are smooth.
     #[test]
     fn the_projected_area_of_the_facets_is_one() {
-        for kind in [Kind::Beckmann, Kind::Ggx] {
-            let facets = Facets { kind, alpha: DVec2::new(0.2, 0.5), visible: true };
+        for kind in [DistributionKind::Beckmann, DistributionKind::Ggx] {
+            let facets = MicrofacetDistribution { kind, alpha: DVec2::new(0.2, 0.5), visible: true };
             let (n, mut sum) = (400, 0.0);
             for i in 0..n {
                 for j in 0..n {

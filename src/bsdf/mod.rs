@@ -1,7 +1,7 @@
 //! What surfaces do with light.
 //!
 //! Directions are local: the shading normal is +z. As in Mitsuba, `wi` points back to where the path comes from (to
-//! the camera, in path tracing) and `wo` along the one that is asked for. [`Model::eval_cos`] includes the cosine at
+//! the camera, in path tracing) and `wo` along the one that is asked for. [`BsdfModel::eval_cos`] includes the cosine at
 //! `wo`; all densities are per solid angle of `wo`.
 
 mod blend;
@@ -33,18 +33,18 @@ use glam::{DVec2, DVec3};
 
 use crate::{
     math::{PerSolidAngle, Rgb},
-    node::{Category, catalogue},
+    scene_file::{Category, catalogue},
     shape::Surface,
 };
 
-/// What travels along the path: radiance from a camera, or importance's counterpart, flux from a light.
-/// Radiance is scaled by 1/η² where it is refracted; flux is not (Veach 1997, section 5.2).
+/// What travels along the path: radiance from a camera, or importance from a light (the flux of a particle).
+/// Radiance is scaled by 1/η² where it is refracted; importance is not (Veach 1997, section 5.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Transport {
+pub enum TransportMode {
     /// Paths that start at the camera.
     Radiance,
     /// Paths that start at a light.
-    Flux,
+    Importance,
 }
 
 /// Where and from which side a BSDF is asked.
@@ -55,7 +55,7 @@ pub struct Query {
     /// Texture coordinates.
     pub uv: DVec2,
     /// What travels.
-    pub transport: Transport,
+    pub mode: TransportMode,
 }
 
 /// The kind of scattering that a sample stands for.
@@ -74,10 +74,10 @@ pub enum Lobe {
 pub struct Sample {
     /// The local unit direction in which the path goes on.
     pub wo: DVec3,
-    /// `eval_cos / density`; for a single direction, what is left of the light per chance of choosing it.
+    /// `eval_cos / pdf`; for a single direction, what is left of the light per chance of choosing it.
     pub weight: Rgb,
     /// The density of `wo`; for a single direction, the chance of choosing it.
-    pub density: PerSolidAngle,
+    pub pdf: PerSolidAngle,
     /// What kind of scattering it was.
     pub lobe: Lobe,
     /// The relative index of refraction that was crossed, of the side of `wo` to that of `wi`; 1 otherwise.
@@ -85,15 +85,15 @@ pub struct Sample {
 }
 
 /// What a BSDF answers.
-pub trait Model {
+pub trait BsdfModel {
     /// Whether there is anything but single directions, so that connecting to a light can find light.
     fn is_smooth(&self) -> bool;
 
     /// `f(wi, wo) |cos θ(wo)|`, without single directions.
     fn eval_cos(&self, query: &Query, wo: DVec3) -> Rgb;
 
-    /// The density with which [`Model::sample`] draws `wo`, without single directions.
-    fn density(&self, query: &Query, wo: DVec3) -> PerSolidAngle;
+    /// The density with which [`BsdfModel::sample`] draws `wo`, without single directions.
+    fn pdf(&self, query: &Query, wo: DVec3) -> PerSolidAngle;
 
     /// Draws a direction; None if the light is absorbed or the draw failed, which then carries nothing.
     fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<Sample>;
@@ -133,12 +133,12 @@ pub trait Model {
     }
 
     /// Whether it ever shows radiance by itself.
-    fn glows(&self) -> bool {
+    fn has_self_emission(&self) -> bool {
         false
     }
 
     /// Radiance that a side of the surface shows by itself, whatever the light; not physical.
-    fn glow(&self, _surface: &Surface, _is_front: bool) -> Rgb {
+    fn self_emission(&self, _surface: &Surface, _is_front: bool) -> Rgb {
         Rgb::ZERO
     }
 }
@@ -171,7 +171,7 @@ catalogue! { ($)
     }
 }
 
-impl Model for Bsdf {
+impl BsdfModel for Bsdf {
     #[inline]
     fn is_smooth(&self) -> bool {
         each_bsdf!(self, bsdf => bsdf.is_smooth())
@@ -183,8 +183,8 @@ impl Model for Bsdf {
     }
 
     #[inline]
-    fn density(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
-        each_bsdf!(self, bsdf => bsdf.density(query, wo))
+    fn pdf(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
+        each_bsdf!(self, bsdf => bsdf.pdf(query, wo))
     }
 
     #[inline]
@@ -222,12 +222,12 @@ impl Model for Bsdf {
         each_bsdf!(self, bsdf => bsdf.straight_transmittance(query))
     }
 
-    fn glows(&self) -> bool {
-        each_bsdf!(self, bsdf => bsdf.glows())
+    fn has_self_emission(&self) -> bool {
+        each_bsdf!(self, bsdf => bsdf.has_self_emission())
     }
 
-    fn glow(&self, surface: &Surface, is_front: bool) -> Rgb {
-        each_bsdf!(self, bsdf => bsdf.glow(surface, is_front))
+    fn self_emission(&self, surface: &Surface, is_front: bool) -> Rgb {
+        each_bsdf!(self, bsdf => bsdf.self_emission(surface, is_front))
     }
 }
 

@@ -1,9 +1,9 @@
 use glam::{DVec2, DVec3};
 
-use super::{Model, Query, Sample};
+use super::{BsdfModel, Query, Sample};
 use crate::{
     math::{PerSolidAngle, Rgb},
-    node::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError},
     shape::Surface,
 };
 
@@ -19,7 +19,7 @@ impl Described for Normals {
         summary: "Shows the shading normal as a colour; not physical.",
         params: &[],
         examples: &[r#"<bsdf type="normals"/>"#],
-        evidence: &["radiometry/glow", "reference/figure-2-normals"],
+        evidence: &["radiometry/self_emission", "reference/figure-2-normals"],
     };
 
     fn read(_params: &Params<'_>) -> Result<Self, SceneError> {
@@ -27,7 +27,7 @@ impl Described for Normals {
     }
 }
 
-impl Model for Normals {
+impl BsdfModel for Normals {
     fn is_smooth(&self) -> bool {
         false
     }
@@ -40,7 +40,7 @@ impl Model for Normals {
         Rgb::ZERO
     }
 
-    fn density(&self, _query: &Query, _wo: DVec3) -> PerSolidAngle {
+    fn pdf(&self, _query: &Query, _wo: DVec3) -> PerSolidAngle {
         PerSolidAngle(0.0)
     }
 
@@ -52,11 +52,11 @@ impl Model for Normals {
         Rgb::ZERO
     }
 
-    fn glows(&self) -> bool {
+    fn has_self_emission(&self) -> bool {
         true
     }
 
-    fn glow(&self, surface: &Surface, _is_front: bool) -> Rgb {
+    fn self_emission(&self, surface: &Surface, _is_front: bool) -> Rgb {
         0.5 * (surface.shading.n + 1.0)
     }
 }

@@ -1,9 +1,9 @@
 use glam::{DVec2, DVec3};
 
-use super::{Lobe, Model, Query, Sample};
+use super::{BsdfModel, Lobe, Query, Sample};
 use crate::{
     math::{PerSolidAngle, Rgb},
-    node::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError},
 };
 
 /// A surface that is not there: paths go straight on. As in Mitsuba's `path`, it still stands in the way of a
@@ -26,7 +26,7 @@ impl Described for Null {
     }
 }
 
-impl Model for Null {
+impl BsdfModel for Null {
     fn is_smooth(&self) -> bool {
         false
     }
@@ -35,12 +35,12 @@ impl Model for Null {
         Rgb::ZERO
     }
 
-    fn density(&self, _query: &Query, _wo: DVec3) -> PerSolidAngle {
+    fn pdf(&self, _query: &Query, _wo: DVec3) -> PerSolidAngle {
         PerSolidAngle(0.0)
     }
 
     fn sample(&self, query: &Query, _u1: f64, _u2: DVec2) -> Option<Sample> {
-        Some(Sample { wo: -query.wi, weight: Rgb::ONE, density: PerSolidAngle(1.0), lobe: Lobe::Null, eta: 1.0 })
+        Some(Sample { wo: -query.wi, weight: Rgb::ONE, pdf: PerSolidAngle(1.0), lobe: Lobe::Null, eta: 1.0 })
     }
 
     fn albedo(&self, _uv: DVec2) -> Rgb {

@@ -2,10 +2,10 @@ use std::f64::consts::{FRAC_1_PI, TAU};
 
 use glam::{DVec2, DVec3};
 
-use super::{Lobe, Model, Query, Sample, reflect};
+use super::{BsdfModel, Lobe, Query, Sample, reflect};
 use crate::{
     math::{Frame, PerSolidAngle, Rgb, cos_theta, warp},
-    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
     shape::Surface,
     texture::Texture,
 };
@@ -30,16 +30,21 @@ impl Described for Phong {
         name: "phong",
         summary: "The modified Phong model: diffuse, with a lobe around the mirror direction.",
         params: &[
-            Param::new("diffuse_reflectance", Kind::Texture, "0.5", "the share of light that is reflected diffusely")
+            Param::new(
+                "diffuse_reflectance",
+                ParamKind::Texture,
+                "0.5",
+                "the share of light that is reflected diffusely",
+            )
+            .within(Range::UNIT),
+            Param::new("specular_reflectance", ParamKind::Texture, "0.2", "the share that the lobe reflects at most")
                 .within(Range::UNIT),
-            Param::new("specular_reflectance", Kind::Texture, "0.2", "the share that the lobe reflects at most")
-                .within(Range::UNIT),
-            Param::new("exponent", Kind::Float, "30", "how narrow the lobe is").within(Range {
+            Param::new("exponent", ParamKind::Float, "30", "how narrow the lobe is").within(Range {
                 min: 0.0,
                 max: 1e6,
                 open: false,
             }),
-            Param::new("ambient", Kind::Rgb, "0", "radiance that it shows without light; not physical")
+            Param::new("ambient", ParamKind::Rgb, "0", "radiance that it shows without light; not physical")
                 .within(Range::LIGHT),
         ],
         examples: &[
@@ -80,9 +85,9 @@ impl Phong {
         if cos > 0.0 { cos.powf(self.exponent) } else { 0.0 }
     }
 
-    /// What `eval_cos` and `density` say, which need the same power of a cosine.
+    /// What `eval_cos` and `pdf` say, which need the same power of a cosine.
     #[inline]
-    fn value_and_density(&self, query: &Query, wo: DVec3) -> (Rgb, PerSolidAngle) {
+    fn eval_cos_and_pdf(&self, query: &Query, wo: DVec3) -> (Rgb, PerSolidAngle) {
         if cos_theta(query.wi) <= 0.0 || cos_theta(wo) <= 0.0 {
             return (Rgb::ZERO, PerSolidAngle(0.0));
         }
@@ -90,13 +95,13 @@ impl Phong {
         let diffuse = self.diffuse_reflectance.eval(query.uv) * FRAC_1_PI;
         let lobe = self.specular_reflectance.eval(query.uv) * ((self.exponent + 2.0) / TAU * power);
         let chance = self.lobe_chance(query.uv);
-        let lobe_density = (self.exponent + 1.0) / TAU * power;
-        let density = (1.0 - chance) * warp::cosine_hemisphere_density(cos_theta(wo)) + chance * lobe_density;
-        ((diffuse + lobe) * cos_theta(wo), PerSolidAngle(density))
+        let lobe_pdf = (self.exponent + 1.0) / TAU * power;
+        let pdf = (1.0 - chance) * warp::square_to_cosine_hemisphere_pdf(cos_theta(wo)) + chance * lobe_pdf;
+        ((diffuse + lobe) * cos_theta(wo), PerSolidAngle(pdf))
     }
 }
 
-impl Model for Phong {
+impl BsdfModel for Phong {
     fn is_smooth(&self) -> bool {
         true
     }
@@ -106,11 +111,11 @@ impl Model for Phong {
     }
 
     fn eval_cos(&self, query: &Query, wo: DVec3) -> Rgb {
-        self.value_and_density(query, wo).0
+        self.eval_cos_and_pdf(query, wo).0
     }
 
-    fn density(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
-        self.value_and_density(query, wo).1
+    fn pdf(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
+        self.eval_cos_and_pdf(query, wo).1
     }
 
     fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<Sample> {
@@ -123,23 +128,23 @@ impl Model for Phong {
         } else {
             warp::square_to_cosine_hemisphere(u2)
         };
-        let (value, density) = self.value_and_density(query, wo);
+        let (value, pdf) = self.eval_cos_and_pdf(query, wo);
         // Below the surface the lobe is lost.
-        if density.0 == 0.0 {
+        if pdf.0 == 0.0 {
             return None;
         }
-        Some(Sample { wo, weight: value / density.0, density, lobe: Lobe::Smooth, eta: 1.0 })
+        Some(Sample { wo, weight: value / pdf.0, pdf, lobe: Lobe::Smooth, eta: 1.0 })
     }
 
     fn albedo(&self, uv: DVec2) -> Rgb {
         self.diffuse_reflectance.eval(uv) + self.specular_reflectance.eval(uv)
     }
 
-    fn glows(&self) -> bool {
+    fn has_self_emission(&self) -> bool {
         self.ambient != Rgb::ZERO
     }
 
-    fn glow(&self, _surface: &Surface, is_front: bool) -> Rgb {
+    fn self_emission(&self, _surface: &Surface, is_front: bool) -> Rgb {
         if is_front { self.ambient } else { Rgb::ZERO }
     }
 }

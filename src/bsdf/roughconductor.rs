@@ -1,13 +1,13 @@
 use glam::{DVec2, DVec3};
 
 use super::{
-    Lobe, Model, Query, Sample,
+    BsdfModel, Lobe, Query, Sample,
     conductor::{self, ComplexIndex},
-    microfacet::{Facets, Kind as Distribution},
+    microfacet::{DistributionKind as Distribution, MicrofacetDistribution},
 };
 use crate::{
     math::{PerSolidAngle, Rgb, cos_theta},
-    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
     texture::Texture,
 };
 
@@ -18,7 +18,7 @@ use crate::{
 /// Walter et al. 2007, eq. (20): `f = F D G / 4 |cos θi| |cos θo|`.
 #[derive(Clone, Debug)]
 pub struct RoughConductor {
-    facets: Facets,
+    facets: MicrofacetDistribution,
     index: ComplexIndex,
     specular_reflectance: Texture,
 }
@@ -35,11 +35,19 @@ impl Described for RoughConductor {
             conductor::ETA,
             conductor::K,
             conductor::SPECULAR_REFLECTANCE,
-            Param::new("distribution", Kind::Choice(&["beckmann", "ggx"]), "beckmann", "how the mirrors are turned"),
-            Param::new("alpha", Kind::Float, "0.1", "the roughness, near the root mean square slope").within(ALPHA),
-            Param::optional("alpha_u", Kind::Float, "alpha", "the roughness along the first tangent").within(ALPHA),
-            Param::optional("alpha_v", Kind::Float, "alpha", "the roughness along the second tangent").within(ALPHA),
-            Param::new("sample_visible", Kind::Boolean, "true", "draws GGX normals as they are seen; less noise"),
+            Param::new(
+                "distribution",
+                ParamKind::Choice(&["beckmann", "ggx"]),
+                "beckmann",
+                "how the mirrors are turned",
+            ),
+            Param::new("alpha", ParamKind::Float, "0.1", "the roughness, near the root mean square slope")
+                .within(ALPHA),
+            Param::optional("alpha_u", ParamKind::Float, "alpha", "the roughness along the first tangent")
+                .within(ALPHA),
+            Param::optional("alpha_v", ParamKind::Float, "alpha", "the roughness along the second tangent")
+                .within(ALPHA),
+            Param::new("sample_visible", ParamKind::Boolean, "true", "draws GGX normals as they are seen; less noise"),
         ],
         examples: &[
             r#"<bsdf type="roughconductor"><string name="material" value="Au"/><string name="distribution" value="ggx"/>
@@ -59,7 +67,11 @@ impl Described for RoughConductor {
         let alpha_u = params.optional_float("alpha_u")?.unwrap_or(alpha);
         let alpha_v = params.optional_float("alpha_v")?.unwrap_or(alpha);
         Ok(Self {
-            facets: Facets { kind, alpha: DVec2::new(alpha_u, alpha_v), visible: params.boolean("sample_visible")? },
+            facets: MicrofacetDistribution {
+                kind,
+                alpha: DVec2::new(alpha_u, alpha_v),
+                visible: params.boolean("sample_visible")?,
+            },
             index: ComplexIndex::read(params)?,
             specular_reflectance: Texture::of(params, conductor::SPECULAR_REFLECTANCE.name)?,
         })
@@ -72,7 +84,7 @@ impl RoughConductor {
     }
 }
 
-impl Model for RoughConductor {
+impl BsdfModel for RoughConductor {
     fn is_smooth(&self) -> bool {
         true
     }
@@ -91,14 +103,14 @@ impl Model for RoughConductor {
         self.fresnel(query, m) * (self.facets.distribution(m) * geometry / (4.0 * cos_theta(wi)))
     }
 
-    fn density(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
+    fn pdf(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
         let wi = query.wi;
         if cos_theta(wi) <= 0.0 || cos_theta(wo) <= 0.0 {
             return PerSolidAngle(0.0);
         }
         let m = (wi + wo).normalize();
         // The Jacobian of the mirror map, Walter et al. 2007, eq. (14).
-        PerSolidAngle(self.facets.density(wi, m) / (4.0 * wo.dot(m)))
+        PerSolidAngle(self.facets.pdf(wi, m) / (4.0 * wo.dot(m)))
     }
 
     fn sample(&self, query: &Query, _u1: f64, u2: DVec2) -> Option<Sample> {
@@ -111,9 +123,9 @@ impl Model for RoughConductor {
         if cos_theta(wo) <= 0.0 {
             return None;
         }
-        let density = self.density(query, wo);
-        let weight = self.eval_cos(query, wo) / density.0;
-        (density.0 > 0.0).then_some(Sample { wo, weight, density, lobe: Lobe::Smooth, eta: 1.0 })
+        let pdf = self.pdf(query, wo);
+        let weight = self.eval_cos(query, wo) / pdf.0;
+        (pdf.0 > 0.0).then_some(Sample { wo, weight, pdf, lobe: Lobe::Smooth, eta: 1.0 })
     }
 
     fn albedo(&self, uv: DVec2) -> Rgb {

@@ -1,9 +1,9 @@
 use glam::{DVec2, DVec3};
 
-use super::{Bsdf, Model, Query, Sample};
+use super::{Bsdf, BsdfModel, Query, Sample};
 use crate::{
     math::{PerSolidAngle, Rgb, cos_theta},
-    node::{Category, Described, Kind, Param, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
     shape::Surface,
 };
 
@@ -21,7 +21,7 @@ impl Described for TwoSided {
         summary: "Makes the back of a surface look like its front, or like a second bsdf.",
         params: &[Param::required(
             "bsdf",
-            Kind::Object(Category::Bsdf),
+            ParamKind::Object(Category::Bsdf),
             "one or two that reflect only: front and back",
         )],
         examples: &[
@@ -67,7 +67,7 @@ fn flip(v: DVec3, sign: f64) -> DVec3 {
     DVec3::new(v.x, v.y, sign * v.z)
 }
 
-impl Model for TwoSided {
+impl BsdfModel for TwoSided {
     fn is_smooth(&self) -> bool {
         self.front.is_smooth() || self.back.is_smooth()
     }
@@ -81,9 +81,9 @@ impl Model for TwoSided {
         side.eval_cos(&query, flip(wo, sign))
     }
 
-    fn density(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
+    fn pdf(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
         let (side, query, sign) = self.side(query);
-        side.density(&query, flip(wo, sign))
+        side.pdf(&query, flip(wo, sign))
     }
 
     fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<Sample> {
@@ -100,11 +100,11 @@ impl Model for TwoSided {
         self.front.has_delta() || self.back.has_delta()
     }
 
-    fn glows(&self) -> bool {
-        self.front.glows() || self.back.glows()
+    fn has_self_emission(&self) -> bool {
+        self.front.has_self_emission() || self.back.has_self_emission()
     }
 
-    fn glow(&self, surface: &Surface, is_front: bool) -> Rgb {
-        if is_front { self.front.glow(surface, true) } else { self.back.glow(surface, true) }
+    fn self_emission(&self, surface: &Surface, is_front: bool) -> Rgb {
+        if is_front { self.front.self_emission(surface, true) } else { self.back.self_emission(surface, true) }
     }
 }

@@ -6,7 +6,7 @@ use std::{
 use anyhow::Context as _;
 use clap::Args;
 use etendue::{
-    comparison::{self, Comparison, Reference, Side, TILE, pictures},
+    comparison::{self, Comparison, ImageEstimate, Reference, TILE, pictures},
     film::{exr, picture},
     stats::{Outcome, Verdict},
 };
@@ -36,12 +36,13 @@ pub(crate) struct Compare {
 
 impl Compare {
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
-        let test = Side::of_image(&self.test.display().to_string(), &exr::read(&self.test)?)?;
+        let test = ImageEstimate::of_image(&self.test.display().to_string(), &exr::read(&self.test)?)?;
         let (comparison, reference) = if self.reference.is_dir() {
             let reference = Reference::load(&self.reference)?;
             (comparison::with_reference(&test, &reference)?, reference.pixels)
         } else {
-            let reference = Side::of_image(&self.reference.display().to_string(), &exr::read(&self.reference)?)?;
+            let reference =
+                ImageEstimate::of_image(&self.reference.display().to_string(), &exr::read(&self.reference)?)?;
             (comparison::with_image(&test, &reference)?, reference.pixels)
         };
         if let Some(folder) = &self.pictures {
@@ -90,7 +91,12 @@ fn print_verdict(verdict: &Verdict) -> anyhow::Result<()> {
     ))
 }
 
-fn write_pictures(folder: &Path, test: &Side, reference: &[[f64; 3]], comparison: &Comparison) -> anyhow::Result<()> {
+fn write_pictures(
+    folder: &Path,
+    test: &ImageEstimate,
+    reference: &[[f64; 3]],
+    comparison: &Comparison,
+) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot be written", folder.display()))?;
     let narrow = |pixels: &[[f64; 3]]| pixels.iter().map(|p| p.map(|x| x as f32)).collect::<Vec<_>>();
     // Both with the exposure of the reference, so that brightness can be compared.

@@ -42,7 +42,7 @@ impl Merge {
         if let Some(file) = &self.checkpoint {
             check_writable(file)?;
             outputs.iter().try_for_each(|outputs| outputs.are_not(file))?;
-            merged.record.write(file, &merged.film, &merged.memory)?;
+            merged.record.write(file, &merged.film, &merged.state)?;
         }
         if let Some(outputs) = outputs {
             let mut image = merged.film.image();

@@ -1,7 +1,7 @@
 //! The command line.
 
 mod compare;
-mod keeping;
+mod checkpoint_options;
 mod merge;
 mod outputs;
 mod photons;

@@ -5,12 +5,12 @@ use etendue::{
     film::exr::write_whole,
     integrator::{Integrator, PhotonMapper},
     math::Rgb,
-    node::{Described as _, Document},
-    photon::{Aim, Harvest, files},
+    photon::{EmittedPhotons, PhotonMapKind, files},
     render::Renderer,
+    scene_file::{Described as _, Document},
 };
 
-use super::{check_writable, say, source::Source};
+use super::{check_writable, say, source::SceneOptions};
 
 /// Emits the photons of a scene and tells where their power goes; nothing is rendered.
 ///
@@ -26,7 +26,7 @@ use super::{check_writable, say, source::Source};
 #[derive(Debug, Args)]
 pub(crate) struct Photons {
     #[command(flatten)]
-    source: Source,
+    source: SceneOptions,
     /// Also write a cloud of coloured points, which viewers of PLY files show.
     #[arg(long, value_name = "FILE.ply")]
     ply: Option<PathBuf>,
@@ -43,11 +43,13 @@ impl Photons {
         self.check_outputs()?;
         let seed = self.source.seed(&renderer.scene);
         let pool = self.source.threads()?;
-        let harvests = Aim::ALL.map(|aim| pool.install(|| mapper(&renderer).harvest(&renderer.scene, aim, seed, 0)));
-        for (aim, harvest) in Aim::ALL.into_iter().zip(&harvests) {
-            print(aim, harvest.as_ref())?;
+        let harvests = PhotonMapKind::ALL
+            .map(|kind| pool.install(|| mapper(&renderer).trace_photons(&renderer.scene, kind, seed, 0)));
+        for (kind, emitted) in PhotonMapKind::ALL.into_iter().zip(&harvests) {
+            print(kind, emitted.as_ref())?;
         }
-        let filled: Vec<_> = Aim::ALL.into_iter().zip(&harvests).filter_map(|(a, h)| Some((a, h.as_ref()?))).collect();
+        let filled: Vec<_> =
+            PhotonMapKind::ALL.into_iter().zip(&harvests).filter_map(|(a, h)| Some((a, h.as_ref()?))).collect();
         if let Some(ply) = &self.ply {
             write_whole(ply, &files::ply(&filled))?;
         }
@@ -78,23 +80,23 @@ fn mapper(renderer: &Renderer) -> &PhotonMapper {
     }
 }
 
-fn print(aim: Aim, harvest: Option<&Harvest>) -> anyhow::Result<()> {
-    let Some(harvest) = harvest else {
-        return say(format_args!("{} map: none, for the scene has neither mirrors nor glass", aim.name()));
+fn print(kind: PhotonMapKind, emitted: Option<&EmittedPhotons>) -> anyhow::Result<()> {
+    let Some(emitted) = emitted else {
+        return say(format_args!("{} map: none, for the scene has neither mirrors nor glass", kind.name()));
     };
-    super::warn(harvest.warning(aim).as_slice());
-    let (emitted, stored) = (harvest.emitted, harvest.photons.len());
-    say(format_args!("{} map: {emitted} emitted with{} W, {stored} stored", aim.name(), watts(harvest.power)))?;
+    super::warn(emitted.warning(kind).as_slice());
+    let (count, stored) = (emitted.emitted, emitted.photons.len());
+    say(format_args!("{} map: {count} emitted with{} W, {stored} stored", kind.name(), watts(emitted.power)))?;
     say("  class         stored  per emitted      power in W: R, G, B                  mean bounces")?;
-    for class in aim.classes() {
-        let tally = harvest.tally(*class);
+    for class in kind.classes() {
+        let statistics = emitted.statistics(*class);
         say(format_args!(
             "  {:<9} {:>10} {:>12.4}     {} {:>13}",
             class.name(),
-            tally.stored,
-            tally.stored as f64 / emitted as f64,
-            watts(tally.power),
-            tally.mean_bounces().map_or_else(|| "-".into(), |mean| format!("{mean:.3}"))
+            statistics.stored,
+            statistics.stored as f64 / count as f64,
+            watts(statistics.power),
+            statistics.mean_bounces().map_or_else(|| "-".into(), |mean| format!("{mean:.3}"))
         ))?;
     }
     Ok(())

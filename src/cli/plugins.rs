@@ -3,7 +3,7 @@ use std::process::ExitCode;
 use clap::Args;
 use etendue::{
     catalogue,
-    node::{Kind, Param, Plugin, Preset},
+    scene_file::{DefaultValue, Param, ParamKind, Plugin},
 };
 
 use super::say;
@@ -31,36 +31,36 @@ impl Plugins {
 }
 
 fn page(plugin: &Plugin) -> String {
-    let row = |p: &Param| format!("    {:<24} {:<10} {:<22} {}\n", p.name, kind(p), default(p), about(p));
+    let row = |p: &Param| format!("    {:<24} {:<10} {:<22} {}\n", p.name, kind(p), default(p), description(p));
     let rows: String = plugin.params.iter().map(row).collect();
     format!("{} {}\n    {}\n{rows}", plugin.category, plugin.name, plugin.summary)
 }
 
 fn kind(param: &Param) -> String {
     match param.kind {
-        Kind::Float => "float".into(),
-        Kind::Integer => "integer".into(),
-        Kind::Boolean => "boolean".into(),
-        Kind::String | Kind::File | Kind::Choice(_) => "string".into(),
-        Kind::Rgb => "rgb".into(),
-        Kind::Texture => "texture".into(),
-        Kind::Point => "point".into(),
-        Kind::Transform => "transform".into(),
-        Kind::Object(category) => category.tag().into(),
+        ParamKind::Float => "float".into(),
+        ParamKind::Integer => "integer".into(),
+        ParamKind::Boolean => "boolean".into(),
+        ParamKind::String | ParamKind::File | ParamKind::Choice(_) => "string".into(),
+        ParamKind::Rgb => "rgb".into(),
+        ParamKind::Texture => "texture".into(),
+        ParamKind::Point => "point".into(),
+        ParamKind::Transform => "transform".into(),
+        ParamKind::Object(category) => category.tag().into(),
     }
 }
 
 fn default(param: &Param) -> String {
-    match param.preset {
-        Preset::Required => "required".into(),
-        Preset::Absent(without) => format!("[{without}]"),
-        Preset::Value(value) => value.into(),
+    match param.default {
+        DefaultValue::Required => "required".into(),
+        DefaultValue::Absent(without) => format!("[{without}]"),
+        DefaultValue::Value(value) => value.into(),
     }
 }
 
-fn about(param: &Param) -> String {
+fn description(param: &Param) -> String {
     match param.kind {
-        Kind::Choice(words) => format!("{}: {}", param.about, words.join(", ")),
-        _ => param.about.into(),
+        ParamKind::Choice(words) => format!("{}: {}", param.description, words.join(", ")),
+        _ => param.description.into(),
     }
 }

@@ -3,23 +3,23 @@ use std::{io::IsTerminal as _, path::PathBuf, process::ExitCode, time::Instant};
 use clap::Args;
 use etendue::{
     film::{Film, splats},
-    integrator::{Model as _, Preparation},
-    node::Document,
+    integrator::{IntegratorModel as _, Preprocess},
     render::{
-        Pass, Renderer, Rendering,
-        checkpoint::{Checkpoint, Cost, Record, in_words},
+        Renderer, Rendering, Replicate,
+        checkpoint::{Checkpoint, RenderRecord, ResourceUse, in_words},
         drive::{self, End, Plan},
     },
-    sampler::Model as _,
+    sampler::SamplerModel as _,
+    scene_file::Document,
 };
 use indicatif::{ProgressBar, ProgressStyle};
 use rangemap::RangeSet;
 
 use super::{
-    keeping::{INTERRUPTED, Keeping, interruptions},
+    checkpoint_options::{CheckpointOptions, INTERRUPTED, interruptions},
     outputs::{Outputs, Picture},
     say,
-    source::Source,
+    source::SceneOptions,
     usage,
 };
 
@@ -32,7 +32,7 @@ use super::{
 #[derive(Debug, Args)]
 pub(crate) struct Render {
     #[command(flatten)]
-    source: Source,
+    source: SceneOptions,
     /// Replace the scene's integrator, keeping what parameters both have, such as max_depth and rr_depth.
     #[arg(long, value_name = "NAME")]
     integrator: Option<String>,
@@ -49,7 +49,7 @@ pub(crate) struct Render {
     #[arg(long, value_name = "X,Y,SAMPLE", allow_hyphen_values = true, value_parser = address)]
     replay: Option<[u32; 3]>,
     #[command(flatten)]
-    keeping: Keeping,
+    checkpoint_options: CheckpointOptions,
 }
 
 fn address(text: &str) -> Result<[u32; 3], String> {
@@ -63,54 +63,55 @@ impl Render {
         let renderer = self.source.renderer(&document, self.integrator.clone())?;
         if let Some(at) = self.replay {
             let samples = self.spp.unwrap_or(renderer.samples());
-            return replay(&renderer, self.pass(&renderer, samples), at);
+            return replay(&renderer, self.replicate(&renderer, samples), at);
         }
-        self.keeping.check(&renderer)?;
+        self.checkpoint_options.check(&renderer)?;
         let work = self.work(&document, &renderer)?;
         let outputs = self.output.as_deref().map(|exr| self.picture.beside(exr, &work.film)).transpose()?;
-        self.keeping.check_file()?;
-        if let (Some(outputs), Some(file)) = (&outputs, self.keeping.file()) {
+        self.checkpoint_options.check_file()?;
+        if let (Some(outputs), Some(file)) = (&outputs, self.checkpoint_options.file()) {
             outputs.are_not(file)?;
         }
         self.finish(&renderer, work, outputs.as_ref())
     }
 
-    fn pass(&self, renderer: &Renderer, samples: u32) -> Pass {
-        Pass { seed: self.source.seed(&renderer.scene), number: 0, samples }
+    fn replicate(&self, renderer: &Renderer, samples: u32) -> Replicate {
+        Replicate { seed: self.source.seed(&renderer.scene), number: 0, samples }
     }
 
     /// What is there and what there is to do.
     fn work(&self, document: &Document, renderer: &Renderer) -> anyhow::Result<Work> {
         let sampler = &renderer.scene.sensor.sampler;
-        let resumed = self.keeping.resumed()?;
-        let goal = self.keeping.goal(self.spp, resumed.as_ref(), sampler.is_open_ended(), renderer.samples())?;
-        let pass = self.pass(renderer, goal.unwrap_or(u32::MAX));
-        let identity = self.source.identity(document, self.integrator.clone(), renderer, pass)?;
-        let range = self.keeping.range(goal)?;
+        let resumed = self.checkpoint_options.resumed()?;
+        let goal =
+            self.checkpoint_options.goal(self.spp, resumed.as_ref(), sampler.is_open_ended(), renderer.samples())?;
+        let replicate = self.replicate(renderer, goal.unwrap_or(u32::MAX));
+        let identity = self.source.identity(document, self.integrator.clone(), renderer, replicate)?;
+        let range = self.checkpoint_options.range(goal)?;
         let attributes = self.source.attributes(&identity, renderer);
-        let empty = Record { identity, attributes, goal, taken: RangeSet::new(), cost: Cost::default() };
+        let empty = RenderRecord { identity, attributes, goal, taken: RangeSet::new(), cost: ResourceUse::default() };
         let checkpoint = match resumed {
             Some(resumed) => self.continued(resumed, empty, &range, renderer)?,
-            None => Checkpoint { record: empty, film: renderer.film(), memory: Vec::new() },
+            None => Checkpoint { record: empty, film: renderer.film(), state: Vec::new() },
         };
         let ranges = checkpoint.record.taken.gaps(&range).collect();
-        let Checkpoint { record, film, memory } = checkpoint;
-        Ok(Work { pass, record, film, memory, ranges })
+        let Checkpoint { record, film, state } = checkpoint;
+        Ok(Work { replicate, record, film, state, ranges })
     }
 
     /// The checkpoint with what is told of this run, if it is of the same render and of no samples but those of the range.
     fn continued(
         &self,
         resumed: Checkpoint,
-        empty: Record,
+        empty: RenderRecord,
         range: &std::ops::Range<u32>,
         renderer: &Renderer,
     ) -> anyhow::Result<Checkpoint> {
-        let file = self.keeping.resume.as_deref().expect("it was read").display();
+        let file = self.checkpoint_options.resume.as_deref().expect("it was read").display();
         if let Some(difference) = empty.identity.difference(&resumed.record.identity) {
             anyhow::bail!("{file}: is of {difference}");
         }
-        let Record { taken, cost, .. } = resumed.record;
+        let RenderRecord { taken, cost, .. } = resumed.record;
         let is_within = taken.iter().all(|part| range.start <= part.start && part.end <= range.end);
         let there: Vec<_> = taken.iter().cloned().collect();
         anyhow::ensure!(
@@ -119,11 +120,11 @@ impl Render {
             in_words(&there),
             in_words(std::slice::from_ref(range))
         );
-        let is_chained = renderer.integrator.preparation() == Preparation::Chain;
+        let is_chained = renderer.integrator.preprocess() == Preprocess::Chain;
         let is_prefix = there.len() <= 1 && there.iter().all(|part| part.start == 0);
-        let follows = !is_chained || is_prefix && there.is_empty() == resumed.memory.is_empty();
+        let follows = !is_chained || is_prefix && there.is_empty() == resumed.state.is_empty();
         anyhow::ensure!(follows, "{file}: has not what the next sample follows from");
-        Ok(Checkpoint { record: Record { taken, cost, ..empty }, ..resumed })
+        Ok(Checkpoint { record: RenderRecord { taken, cost, ..empty }, ..resumed })
     }
 
     /// Renders, and writes what there is to write.
@@ -133,14 +134,14 @@ impl Render {
         let plan = Plan {
             ranges: std::mem::take(&mut work.ranges),
             start: Instant::now(),
-            time: self.keeping.time,
-            target_error: self.keeping.target_error,
+            time: self.checkpoint_options.time,
+            target_error: self.checkpoint_options.target_error,
             interrupted: &interrupted,
-            every: self.keeping.every,
+            every: self.checkpoint_options.every,
         };
-        let (end, record, film, memory) = pool.install(|| self.gather(renderer, work, &plan));
+        let (end, record, film, state) = pool.install(|| self.gather(renderer, work, &plan));
         tell(end, &record);
-        let kept = self.keeping.file().map(|file| record.write(file, &film, &memory)).transpose();
+        let kept = self.checkpoint_options.file().map(|file| record.write(file, &film, &state)).transpose();
         if let Some(outputs) = outputs {
             let mut image = film.image();
             image.attributes = record.header();
@@ -151,21 +152,21 @@ impl Render {
     }
 
     /// Renders with a progress bar, which is silent when nobody watches.
-    fn gather(&self, renderer: &Renderer, work: Work, plan: &Plan<'_>) -> (End, Record, Film, Vec<f64>) {
-        let Work { pass, mut record, film, memory, .. } = work;
-        let Some(first) = plan.ranges.first() else { return (End::Complete, record, film, memory) };
+    fn gather(&self, renderer: &Renderer, work: Work, plan: &Plan<'_>) -> (End, RenderRecord, Film, Vec<f64>) {
+        let Work { replicate, mut record, film, state, .. } = work;
+        let Some(first) = plan.ranges.first() else { return (End::Complete, record, film, state) };
         let bar = progress_bar(renderer, plan, record.goal);
         let cost = record.cost;
         let mut taken = std::mem::take(&mut record.taken);
-        let mut rendering = renderer.resume(pass, first.start, film, memory);
+        let mut rendering = renderer.resume(replicate, first.start, film, state);
         let now = |taken: &RangeSet<u32>| {
             let (taken, cost) = (taken.clone(), cost.and(usage::since(plan.start)));
-            Record { taken, cost, ..record.clone() }
+            RenderRecord { taken, cost, ..record.clone() }
         };
         let mut keep = |rendering: &Rendering<'_>, taken: &RangeSet<u32>| {
-            let Some(file) = self.keeping.file() else { return };
+            let Some(file) = self.checkpoint_options.file() else { return };
             // A disk that is full now may have room at the end.
-            if let Err(error) = now(taken).write(file, rendering.film(), &rendering.memory()) {
+            if let Err(error) = now(taken).write(file, rendering.film(), &rendering.state()) {
                 bar.suspend(|| super::warn(&[error.to_string()]));
             }
         };
@@ -174,17 +175,17 @@ impl Render {
         let notes = rendering.notes();
         notes.facts.iter().for_each(|fact| eprintln!("{fact}"));
         super::warn(&notes.warnings);
-        let memory = rendering.memory();
-        (end, now(&taken), rendering.into_film(), memory)
+        let state = rendering.state();
+        (end, now(&taken), rendering.into_film(), state)
     }
 }
 
 /// A render between what is there and what there is to do.
 struct Work {
-    pass: Pass,
-    record: Record,
+    replicate: Replicate,
+    record: RenderRecord,
     film: Film,
-    memory: Vec<f64>,
+    state: Vec<f64>,
     /// The samples to take.
     ranges: Vec<std::ops::Range<u32>>,
 }
@@ -204,7 +205,7 @@ fn progress_bar(renderer: &Renderer, plan: &Plan<'_>, goal: Option<u32>) -> Prog
 }
 
 /// Why there are not all samples.
-fn tell(end: End, record: &Record) {
+fn tell(end: End, record: &RenderRecord) {
     let why = match end {
         End::Complete => return,
         End::Time => "the time is up",
@@ -214,7 +215,7 @@ fn tell(end: End, record: &Record) {
     eprintln!("{why} with {} samples of each pixel", drive::count(&record.taken));
 }
 
-fn replay(renderer: &Renderer, pass: Pass, [x, y, sample]: [u32; 3]) -> anyhow::Result<ExitCode> {
+fn replay(renderer: &Renderer, replicate: Replicate, [x, y, sample]: [u32; 3]) -> anyhow::Result<ExitCode> {
     let crop = renderer.scene.sensor.film.rendered();
     anyhow::ensure!(
         x < crop.width && y < crop.height,
@@ -222,10 +223,10 @@ fn replay(renderer: &Renderer, pass: Pass, [x, y, sample]: [u32; 3]) -> anyhow::
         crop.width,
         crop.height
     );
-    anyhow::ensure!(sample < pass.samples, "sample {sample} is not among the {} of a pixel", pass.samples);
+    anyhow::ensure!(sample < replicate.samples, "sample {sample} is not among the {} of a pixel", replicate.samples);
     let mut values = vec![0.0; renderer.film().stride()];
     let mut path = splats::Path::default();
-    let mut rendering = renderer.begin(pass);
+    let mut rendering = renderer.begin(replicate);
     super::warn(&rendering.notes().warnings);
     let radiance = rendering.sample((x, y), sample, &mut values, &mut path);
     say(format_args!("{:?} {:?} {:?}", radiance.x, radiance.y, radiance.z))?;

@@ -2,16 +2,16 @@ use std::path::PathBuf;
 
 use clap::Args;
 use etendue::{
-    integrator::{Model as _, Overrides},
-    node::{Document, SceneError, xml},
-    render::{Pass, Renderer, checkpoint::Identity},
-    sampler::{Model as _, Sampler},
+    integrator::{IntegratorModel as _, Overrides},
+    render::{Renderer, Replicate, checkpoint::Identity},
+    sampler::{Sampler, SamplerModel as _},
     scene::Scene,
+    scene_file::{Document, SceneError, xml},
 };
 
 /// Which scene, with which values, seed and threads.
 #[derive(Debug, Args)]
-pub(super) struct Source {
+pub(super) struct SceneOptions {
     /// The scene, in Mitsuba 3's XML.
     #[arg(value_name = "SCENE.xml")]
     scene: PathBuf,
@@ -41,7 +41,7 @@ fn whole(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("write a whole number from 0 to {}", u64::MAX))
 }
 
-impl Source {
+impl SceneOptions {
     /// What the file says, with the sampler that is asked for.
     pub(super) fn read(&self) -> Result<Document, SceneError> {
         let mut document = xml::read(&self.scene, &self.define)?;
@@ -68,9 +68,9 @@ impl Source {
         document: &Document,
         integrator: Option<String>,
         renderer: &Renderer,
-        pass: Pass,
+        replicate: Replicate,
     ) -> Result<Identity, SceneError> {
-        Identity::new(document, &self.define, &self.overrides(integrator), renderer, pass)
+        Identity::new(document, &self.define, &self.overrides(integrator), renderer, replicate)
     }
 
     /// What an image's header says of how it was made.

@@ -7,7 +7,7 @@ use std::{
 
 use anyhow::Context as _;
 use clap::Args;
-use etendue::study::{self, Plan, Run, evaluate, plan, run::Maker};
+use etendue::study::{self, Plan, Run, evaluate, plan, run::RunExecutor};
 use glob::Pattern;
 
 use super::{FAILED, say};
@@ -86,7 +86,8 @@ impl Study {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let jobs = usize::from(self.jobs);
         let threads = self.threads.map_or_else(|| (cores / jobs).max(1), usize::from);
-        let maker = Maker { program: std::env::current_exe().context("cannot find this program")?, jobs, threads };
+        let maker =
+            RunExecutor { program: std::env::current_exe().context("cannot find this program")?, jobs, threads };
         let (total, done) = (references.len() + others.len(), AtomicUsize::new(0));
         let tell = |run: &Run| {
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;

@@ -2,11 +2,11 @@
 
 use std::time::Instant;
 
-use etendue::render::checkpoint::Cost;
+use etendue::render::checkpoint::ResourceUse;
 
 /// What was taken since a moment for the wall time, and since the process began for the rest.
-pub(super) fn since(start: Instant) -> Cost {
-    Cost { seconds: start.elapsed().as_secs_f64(), core_seconds: core_seconds(), peak_bytes: peak_bytes() }
+pub(super) fn since(start: Instant) -> ResourceUse {
+    ResourceUse { seconds: start.elapsed().as_secs_f64(), core_seconds: core_seconds(), peak_bytes: peak_bytes() }
 }
 
 #[cfg(unix)]

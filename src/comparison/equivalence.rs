@@ -4,7 +4,7 @@ use super::Reference;
 use crate::{
     law::Finding,
     math::luminance,
-    render::{Pass, Renderer},
+    render::{Renderer, Replicate},
     stats::{Estimate, Moments, equivalence::TO_RADIUS_ZERO},
 };
 
@@ -30,7 +30,7 @@ pub fn photon_map(
     for number in 0..passes {
         let mut sums = [0.0; 7];
         for (renderer, (_, weight)) in renderers.iter().zip(TO_RADIUS_ZERO) {
-            let pixels = pixels(renderer, Pass { seed, number, samples }, without_specular);
+            let pixels = pixels(renderer, Replicate { seed, number, samples }, without_specular);
             sums.iter_mut().zip(summary(&pixels, reference.width)).for_each(|(sum, mean)| *sum += weight * mean);
         }
         means.iter_mut().zip(sums).for_each(|(moments, sum)| moments.push(sum));
@@ -48,8 +48,8 @@ pub fn photon_map(
 const NAMES: [&str; 7] = ["red", "green", "blue", "upper left", "upper right", "lower left", "lower right"];
 
 /// The pixels of an image, without what is seen in mirrors and glass if the reference lacks it.
-fn pixels(renderer: &Renderer, pass: Pass, without_specular: bool) -> Vec<[f64; 3]> {
-    let image = renderer.render(pass, &|_| {}).image();
+fn pixels(renderer: &Renderer, replicate: Replicate, without_specular: bool) -> Vec<[f64; 3]> {
+    let image = renderer.render(replicate, &|_| {}).image();
     let beauty = image.rgb(["R", "G", "B"]).expect("every image has R, G and B");
     let specular = image.rgb(["specular.R", "specular.G", "specular.B"]).expect("a photon mapper shows its parts");
     let rest = |(all, specular): (&[f32; 3], &[f32; 3])| [0, 1, 2].map(|c| f64::from(all[c]) - f64::from(specular[c]));

@@ -2,18 +2,18 @@
 
 use std::path::Path;
 
-use super::{Side, with_image};
+use super::{ImageEstimate, with_image};
 use crate::{
     integrator::Overrides,
     law::{Effort, Finding, Law},
-    node::xml,
-    render::{Pass, Renderer},
+    render::{Renderer, Replicate},
+    scene_file::xml,
     stats::Outcome,
 };
 
 /// These laws.
 pub const LAWS: &[Law] = &[Law {
-    name: "csg/same-image",
+    name: "csg/render-equivalence",
     claim: "A glass ball as a quadric, and as a union of two half balls that share a face, gives an image that agrees with that of \
             a sphere; 0 stands for agreement.",
     source: "they are the same set; the verdict of this program, which must be able to see half a percent",
@@ -55,11 +55,13 @@ fn renderer(ball: &str) -> Renderer {
 fn same_image(effort: Effort) -> Vec<Finding> {
     const PASSES: u64 = 32;
     let samples = effort.samples(32);
-    let side = |ball: &str, number: u64| Side::of_passes(&renderer(ball), Pass { seed: 70, number, samples }, PASSES);
+    let side = |ball: &str, number: u64| {
+        ImageEstimate::of_replicates(&renderer(ball), Replicate { seed: 70, number, samples }, PASSES)
+    };
     let reference = side(SPHERE, 0);
     let compare = |(name, ball, first): (&str, &str, u64)| {
         let ours = side(ball, first);
-        let outcome = |ours: &Side| {
+        let outcome = |ours: &ImageEstimate| {
             let found = with_image(ours, &reference).expect("the sizes are the same");
             found.verdict.expect("passes have scatter").outcome
         };

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     film::{Image, VARIANCE, exr::FileError},
-    render::{Pass, Renderer},
+    render::{Renderer, Replicate},
     stats::{
         DeterministicCheck, Estimate, Moments, Outcome, PixelMeans, TiledMeans, TilesError, Tiling, Verdict,
         VerdictConfig, VerdictError,
@@ -118,7 +118,7 @@ pub enum ComparisonError {
 
 /// One side of a comparison: linear pixels row by row, with what is known of their uncertainty.
 #[derive(Clone, Debug)]
-pub struct Side {
+pub struct ImageEstimate {
     /// What messages call it.
     pub name: String,
     /// Columns.
@@ -144,7 +144,7 @@ pub enum Uncertainty {
     Passes(Vec<Vec<[f64; 3]>>),
 }
 
-impl Side {
+impl ImageEstimate {
     /// The image of a file.
     ///
     /// # Errors
@@ -177,9 +177,9 @@ impl Side {
 
     /// Renders so many passes, the first of the given number.
     #[must_use]
-    pub fn of_passes(renderer: &Renderer, first: Pass, passes: u64) -> Self {
+    pub fn of_replicates(renderer: &Renderer, first: Replicate, passes: u64) -> Self {
         let crop = renderer.scene.sensor.film.rendered();
-        let render = |k| renderer.render(Pass { number: first.number + k, ..first }, &|_| {}).means();
+        let render = |k| renderer.render(Replicate { number: first.number + k, ..first }, &|_| {}).means();
         let images: Vec<Vec<[f64; 3]>> = (0..passes).map(render).collect();
         let mean = |p: usize| [0, 1, 2].map(|c| images.iter().map(|image| image[p][c]).sum::<f64>() / passes as f64);
         Self {
@@ -239,7 +239,7 @@ impl Side {
 ///
 /// # Errors
 /// If sizes differ.
-pub fn with_reference(test: &Side, reference: &Reference) -> Result<Comparison, ComparisonError> {
+pub fn with_reference(test: &ImageEstimate, reference: &Reference) -> Result<Comparison, ComparisonError> {
     test.check_size((reference.width, reference.height))?;
     let tiles = test.tiles(&reference.stochastic)?;
     let tolerance = reference.provenance.exact_tolerance;
@@ -259,7 +259,7 @@ pub fn with_reference(test: &Side, reference: &Reference) -> Result<Comparison, 
 ///
 /// # Errors
 /// If sizes differ.
-pub fn with_image(test: &Side, reference: &Side) -> Result<Comparison, ComparisonError> {
+pub fn with_image(test: &ImageEstimate, reference: &ImageEstimate) -> Result<Comparison, ComparisonError> {
     test.check_size((reference.width, reference.height))?;
     let metrics = Metrics::new(&test.pixels, &reference.pixels);
     let mask: Vec<bool> = (0..test.pixels.len()).map(|p| test.is_noisy(p) || reference.is_noisy(p)).collect();
@@ -281,12 +281,12 @@ pub fn with_image(test: &Side, reference: &Side) -> Result<Comparison, Compariso
     })
 }
 
-fn without_variances<const N: usize>(sides: [&Side; N]) -> Vec<String> {
+fn without_variances<const N: usize>(sides: [&ImageEstimate; N]) -> Vec<String> {
     let unknown = sides.into_iter().filter(|side| matches!(side.uncertainty, Uncertainty::Unknown));
     unknown.map(|side| side.name.clone()).collect()
 }
 
-impl Side {
+impl ImageEstimate {
     fn is_noisy(&self, pixel: usize) -> bool {
         match &self.uncertainty {
             Uncertainty::Unknown => true,

@@ -38,7 +38,7 @@ pub struct Reference {
 }
 
 /// The fewest noisy pixels of a tile that is tested, a quarter of all.
-pub(super) const FEWEST: u32 = (TILE * TILE / 4) as u32;
+pub(super) const MIN_COUNT: u32 = (TILE * TILE / 4) as u32;
 
 /// How a reference was made: its `PROVENANCE.toml`.
 #[derive(Clone, Debug, Deserialize)]
@@ -179,7 +179,7 @@ impl Reference {
 fn well_filled(tiling: &Tiling, exact: &[bool]) -> Result<Vec<bool>, TilesError> {
     let noisy: Vec<bool> = exact.iter().map(|exact| !exact).collect();
     let counts = tiling.counts(&noisy)?;
-    Ok((0..noisy.len()).map(|pixel| noisy[pixel] && counts[tiling.tile_of(pixel)] >= FEWEST).collect())
+    Ok((0..noisy.len()).map(|pixel| noisy[pixel] && counts[tiling.tile_of(pixel)] >= MIN_COUNT).collect())
 }
 
 fn load_provenance(folder: &Path) -> Result<Provenance, ReferenceError> {

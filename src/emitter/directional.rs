@@ -1,9 +1,9 @@
 use glam::{DVec2, DVec3};
 
-use super::{Beam, Emission, Incident, Model};
+use super::{Emission, EmissionTarget, EmitterModel, EmitterSample};
 use crate::{
     math::{Ray, Rgb},
-    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
     shape::Shape,
 };
 
@@ -21,9 +21,20 @@ impl Described for Directional {
         name: "directional",
         summary: "Parallel light from infinitely far away.",
         params: &[
-            Param::optional("direction", Kind::Point, "the z axis of to_world", "in which direction the light travels"),
-            Param::optional("to_world", Kind::Transform, "the identity", "where its z axis goes, instead of direction"),
-            Param::new("irradiance", Kind::Rgb, "1", "on a surface across the light, in W/m²").within(Range::LIGHT),
+            Param::optional(
+                "direction",
+                ParamKind::Point,
+                "the z axis of to_world",
+                "in which direction the light travels",
+            ),
+            Param::optional(
+                "to_world",
+                ParamKind::Transform,
+                "the identity",
+                "where its z axis goes, instead of direction",
+            ),
+            Param::new("irradiance", ParamKind::Rgb, "1", "on a surface across the light, in W/m²")
+                .within(Range::LIGHT),
         ],
         examples: &[r#"<emitter type="directional"><vector name="direction" x="1" y="-2" z="0.5"/></emitter>"#],
         evidence: &["emitter/*", "radiometry/directional-light"],
@@ -46,13 +57,13 @@ impl Described for Directional {
     }
 }
 
-impl Model for Directional {
-    fn sample_towards(&self, _shape: Option<&Shape>, from: DVec3, _u: DVec2) -> Option<Incident> {
-        Some(Incident {
+impl EmitterModel for Directional {
+    fn sample_direction(&self, _shape: Option<&Shape>, from: DVec3, _u: DVec2) -> Option<EmitterSample> {
+        Some(EmitterSample {
             direction: -self.direction,
             shadow_ray: Ray::leaving(from, -self.direction),
             value: self.irradiance,
-            density: None,
+            pdf: None,
         })
     }
 
@@ -60,12 +71,12 @@ impl Model for Directional {
         true
     }
 
-    fn emit(&self, shape: Option<&Shape>, beam: &Beam, [u, _]: [DVec2; 2]) -> Option<Emission> {
-        let ray = beam.entering(self.direction, u);
-        Some(Emission { ray, flux: self.power(shape, beam) })
+    fn emit(&self, shape: Option<&Shape>, target: &EmissionTarget, [u, _]: [DVec2; 2]) -> Option<Emission> {
+        let ray = target.entering(self.direction, u);
+        Some(Emission { ray, flux: self.power(shape, target) })
     }
 
-    fn power(&self, _shape: Option<&Shape>, beam: &Beam) -> Rgb {
-        self.irradiance * beam.cross_section()
+    fn power(&self, _shape: Option<&Shape>, target: &EmissionTarget) -> Rgb {
+        self.irradiance * target.cross_section()
     }
 }

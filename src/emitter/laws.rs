@@ -5,11 +5,11 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use super::{Ball, Beam, Emission, Emitter, Model as _};
+use super::{BoundingSphere, Emission, EmissionTarget, Emitter, EmitterModel as _};
 use crate::{
     law::{Effort, Finding, Law},
     math::{Frame, Ray, Rgb, rng::Stream, warp},
-    node::xml,
+    scene_file::xml,
     shape::Shape,
     stats::Moments,
 };
@@ -44,7 +44,7 @@ struct Subject {
 }
 
 /// Around all that light shines on.
-const SURROUNDINGS: Ball = Ball { centre: DVec3::new(0.3, 0.2, -0.1), radius: 2.5 };
+const SURROUNDINGS: BoundingSphere = BoundingSphere { centre: DVec3::new(0.3, 0.2, -0.1), radius: 2.5 };
 
 const SHAPES: [&str; 4] = [
     r#"<shape type="rectangle"><transform name="to_world"><scale x="0.5" y="0.3"/><rotate y="1" angle="70"/>
@@ -91,13 +91,13 @@ fn subjects() -> Vec<Subject> {
 }
 
 impl Subject {
-    fn emit(&self, beam: &Beam, stream: &mut Stream) -> Option<Emission> {
-        self.emitter.emit(self.shape.as_ref(), beam, [stream.next_2d(), stream.next_2d()])
+    fn emit(&self, target: &EmissionTarget, stream: &mut Stream) -> Option<Emission> {
+        self.emitter.emit(self.shape.as_ref(), target, [stream.next_2d(), stream.next_2d()])
     }
 }
 
 /// All that is emitted, in whatever direction.
-const UNAIMED: Beam = Beam { ball: SURROUNDINGS, before: SURROUNDINGS.radius, is_aimed: false };
+const UNAIMED: EmissionTarget = EmissionTarget { sphere: SURROUNDINGS, before: SURROUNDINGS.radius, is_aimed: false };
 
 /// A sum of light by channel.
 #[derive(Default)]
@@ -142,11 +142,11 @@ impl Patch {
     fn sought(&self, subject: &Subject, stream: &mut Stream) -> Rgb {
         let p = self.centre + self.frame.to_world((self.radius * warp::square_to_disc(stream.next_2d())).extend(0.0));
         let area = PI * self.radius * self.radius;
-        let Some(incident) = subject.emitter.sample_towards(subject.shape.as_ref(), p, stream.next_2d()) else {
+        let Some(incident) = subject.emitter.sample_direction(subject.shape.as_ref(), p, stream.next_2d()) else {
             return Rgb::ZERO;
         };
         let cos = incident.direction.dot(self.frame.n).max(0.0);
-        incident.value * (area * cos / incident.density.map_or(1.0, |density| density.0))
+        incident.value * (area * cos / incident.pdf.map_or(1.0, |pdf| pdf.0))
     }
 }
 
@@ -202,23 +202,23 @@ fn distant_powers() -> [Finding; 2] {
     };
     let section = PI * SURROUNDINGS.radius * SURROUNDINGS.radius;
     let sun = power(r#"<emitter type="directional"><rgb name="irradiance" value="1, 0.7, 2"/></emitter>"#);
-    let sky = power(r#"<emitter type="constant"><rgb name="radiance" value="1, 0.3, 2"/></emitter>"#);
+    let environment = power(r#"<emitter type="constant"><rgb name="radiance" value="1, 0.3, 2"/></emitter>"#);
     [
         Finding::value("directional, closed form", sun, 0.7 * section, 1e-9),
-        Finding::value("constant, closed form", sky, 0.3 * 4.0 * PI * section, 1e-9),
+        Finding::value("constant, closed form", environment, 0.3 * 4.0 * PI * section, 1e-9),
     ]
 }
 
 /// A ball that light is aimed at, near and far, and one around the emitters that lie in it.
-const BALLS: [Ball; 3] = [
-    Ball { centre: DVec3::new(-0.2, 0.3, 0.1), radius: 0.6 },
-    Ball { centre: DVec3::new(0.5, -1.0, 0.4), radius: 0.4 },
-    Ball { centre: DVec3::new(0.6, 1.4, -0.6), radius: 0.9 },
+const BALLS: [BoundingSphere; 3] = [
+    BoundingSphere { centre: DVec3::new(-0.2, 0.3, 0.1), radius: 0.6 },
+    BoundingSphere { centre: DVec3::new(0.5, -1.0, 0.4), radius: 0.4 },
+    BoundingSphere { centre: DVec3::new(0.6, 1.4, -0.6), radius: 0.9 },
 ];
 
-fn crosses(ball: &Ball, ray: &Ray) -> bool {
-    let ahead = (ball.centre - ray.origin).dot(ray.direction).max(0.0);
-    (ray.at(ahead) - ball.centre).length() < ball.radius * (1.0 + 1e-9)
+fn crosses(sphere: &BoundingSphere, ray: &Ray) -> bool {
+    let ahead = (sphere.centre - ray.origin).dot(ray.direction).max(0.0);
+    (ray.at(ahead) - sphere.centre).length() < sphere.radius * (1.0 + 1e-9)
 }
 
 fn aim(effort: Effort) -> Vec<Finding> {
@@ -226,14 +226,14 @@ fn aim(effort: Effort) -> Vec<Finding> {
     for (number, subject) in subjects().iter().enumerate() {
         for (i, ball) in BALLS.iter().enumerate() {
             let mut stream = Stream::at(&[72, number as u64, i as u64]);
-            let beam = Beam { ball: *ball, before: 5.0, is_aimed: true };
+            let target = EmissionTarget { sphere: *ball, before: 5.0, is_aimed: true };
             let surrounded = ball.centre.distance(SURROUNDINGS.centre) + ball.radius < SURROUNDINGS.radius;
             assert!(surrounded, "light from far away falls on all of the ball");
             let (mut all, mut aimed, mut beside) = (Channels::default(), Channels::default(), 0_u32);
             for _ in 0..effort.samples(40_000) {
                 let through = |e: &Emission| crosses(ball, &e.ray);
                 all.push(subject.emit(&UNAIMED, &mut stream).filter(through).map_or(Rgb::ZERO, |e| e.flux));
-                let emission = subject.emit(&beam, &mut stream);
+                let emission = subject.emit(&target, &mut stream);
                 // A light within the ball shines everywhere from there.
                 beside += u32::from(emission.is_some_and(|e| !through(&e)));
                 aimed.push(emission.map_or(Rgb::ZERO, |e| e.flux));
@@ -254,12 +254,12 @@ mod tests {
     #[test]
     fn narrow_cones_hold_what_is_drawn_from_them() {
         for distance in [1.0, 1e3, 1e6, 1e9, 1e12] {
-            let ball = Ball { centre: DVec3::new(0.6, -0.7, 0.4).normalize() * distance, radius: 0.5 };
-            let beam = Beam { ball, before: 0.0, is_aimed: true };
+            let ball = BoundingSphere { centre: DVec3::new(0.6, -0.7, 0.4).normalize() * distance, radius: 0.5 };
+            let target = EmissionTarget { sphere: ball, before: 0.0, is_aimed: true };
             let mut stream = Stream::at(&[73]);
             let is_held = |u: DVec2| {
-                let (direction, drawn) = beam.towards(DVec3::ZERO, u);
-                beam.density(&Ray::new(DVec3::ZERO, direction), false) == drawn.0
+                let (direction, drawn) = target.towards(DVec3::ZERO, u);
+                target.pdf(&Ray::new(DVec3::ZERO, direction), false) == drawn.0
             };
             let held = (0..1000).filter(|_| is_held(stream.next_2d())).count();
             assert!(held >= 998, "{distance}: {held} of 1000");
@@ -291,7 +291,7 @@ mod tests {
             file.display()
         );
         let (spark, shape) = (emitter(&element), shape(SHAPES[0]));
-        let beam = Beam { ball: SURROUNDINGS, before: 1.0, is_aimed: false };
-        assert!(spark.power(Some(&shape), &beam).min_element() > 0.0);
+        let target = EmissionTarget { sphere: SURROUNDINGS, before: 1.0, is_aimed: false };
+        assert!(spark.power(Some(&shape), &target).min_element() > 0.0);
     }
 }

@@ -19,13 +19,13 @@ use glam::{DVec2, DVec3};
 
 use crate::{
     math::{Frame, PerSolidAngle, Ray, Rgb, warp},
-    node::{Category, catalogue},
+    scene_file::{Category, catalogue},
     shape::{Shape, Surface},
 };
 
 /// Light that could arrive at a point, if nothing stands in its way.
 #[derive(Clone, Copy, Debug)]
-pub struct Incident {
+pub struct EmitterSample {
     /// The unit direction to the light.
     pub direction: DVec3,
     /// The stretch on which an occluder would stop it.
@@ -33,7 +33,7 @@ pub struct Incident {
     /// Radiance; for a light of a single direction, perpendicular irradiance.
     pub value: Rgb,
     /// How densely directions are drawn; None for a light of a single direction.
-    pub density: Option<PerSolidAngle>,
+    pub pdf: Option<PerSolidAngle>,
 }
 
 /// Light that sets out from an emitter.
@@ -47,7 +47,7 @@ pub struct Emission {
 
 /// A ball of space.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ball {
+pub struct BoundingSphere {
     /// The middle.
     pub centre: DVec3,
     /// The radius.
@@ -56,27 +56,27 @@ pub struct Ball {
 
 /// Which light of an emitter is asked for: that which goes through a ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Beam {
+pub struct EmissionTarget {
     /// The ball. It is never missed by light from far away; by light from within the scene only if it is aimed.
-    pub ball: Ball,
+    pub sphere: BoundingSphere,
     /// How far before the middle of the ball light from far away sets out: before everything else in the scene.
     pub before: f64,
     /// Whether light from within the scene is aimed at the ball, or goes everywhere.
     pub is_aimed: bool,
 }
 
-impl Beam {
+impl EmissionTarget {
     /// A ray from far away in a direction, through a point of the ball's cross-section that `u` draws uniformly.
     #[must_use]
     pub fn entering(&self, direction: DVec3, u: DVec2) -> Ray {
-        let across = (self.ball.radius * warp::square_to_disc(u)).extend(-self.before);
-        Ray::new(self.ball.centre + Frame::from_normal(direction).to_world(across), direction)
+        let across = (self.sphere.radius * warp::square_to_disc(u)).extend(-self.before);
+        Ray::new(self.sphere.centre + Frame::from_normal(direction).to_world(across), direction)
     }
 
     /// The area of the ball's cross-section.
     #[must_use]
     pub fn cross_section(&self) -> f64 {
-        PI * self.ball.radius * self.ball.radius
+        PI * self.sphere.radius * self.sphere.radius
     }
 
     /// Draws a direction uniformly among those in which the ball is seen from a point, which are all if it is in it.
@@ -84,13 +84,13 @@ impl Beam {
     pub fn towards(&self, from: DVec3, u: DVec2) -> (DVec3, PerSolidAngle) {
         let (axis, one_minus_cos) = self.cone(from);
         let direction = Frame::from_normal(axis).to_world(warp::square_to_cone(u, one_minus_cos));
-        (direction, PerSolidAngle(warp::cone_density(one_minus_cos)))
+        (direction, PerSolidAngle(warp::square_to_cone_pdf(one_minus_cos)))
     }
 
     /// The axis of the cone in which the ball is seen, and one minus the cosine of its angle.
     fn cone(&self, from: DVec3) -> (DVec3, f64) {
-        let way = self.ball.centre - from;
-        let sin_squared = self.ball.radius * self.ball.radius / way.length_squared();
+        let way = self.sphere.centre - from;
+        let sin_squared = self.sphere.radius * self.sphere.radius / way.length_squared();
         if sin_squared >= 1.0 || !sin_squared.is_finite() {
             return (DVec3::Z, 2.0);
         }
@@ -100,9 +100,9 @@ impl Beam {
     /// How densely a ray of light is drawn when it is aimed at the ball, apart from what all balls share: per area of the
     /// cross-section for light from far away, per solid angle for other light.
     #[must_use]
-    pub fn density(&self, ray: &Ray, is_distant: bool) -> f64 {
+    pub fn pdf(&self, ray: &Ray, is_distant: bool) -> f64 {
         if is_distant {
-            let is_hit = (self.ball.centre - ray.origin).cross(ray.direction).length() < self.ball.radius;
+            let is_hit = (self.sphere.centre - ray.origin).cross(ray.direction).length() < self.sphere.radius;
             return if is_hit { 1.0 / self.cross_section() } else { 0.0 };
         }
         let (axis, one_minus_cos) = self.cone(ray.origin);
@@ -111,18 +111,18 @@ impl Beam {
             (one_minus_cos * (2.0 - one_minus_cos), axis.cross(ray.direction).length_squared());
         let is_in_cone = axis.dot(ray.direction) > 0.0 && sin_squared_of_ray <= sin_squared;
         let is_seen = one_minus_cos == 2.0 || is_in_cone;
-        if is_seen { warp::cone_density(one_minus_cos) } else { 0.0 }
+        if is_seen { warp::square_to_cone_pdf(one_minus_cos) } else { 0.0 }
     }
 }
 
 /// What an emitter answers. An area light is told the shape that it shines from.
-pub trait Model {
+pub trait EmitterModel {
     /// Draws a direction in which it could be seen from a point; None if it cannot be.
-    fn sample_towards(&self, shape: Option<&Shape>, from: DVec3, u: DVec2) -> Option<Incident>;
+    fn sample_direction(&self, shape: Option<&Shape>, from: DVec3, u: DVec2) -> Option<EmitterSample>;
 
-    /// The density with which [`Model::sample_towards`] draws the direction to a point of its surface (of an area
+    /// The density with which [`EmitterModel::sample_direction`] draws the direction to a point of its surface (of an area
     /// light), or a direction of the sky (`surface` is None); 0 for lights that only a draw can find.
-    fn density_towards(&self, _shape: Option<&Shape>, _from: DVec3, _surface: Option<&Surface>) -> PerSolidAngle {
+    fn pdf_direction(&self, _shape: Option<&Shape>, _from: DVec3, _surface: Option<&Surface>) -> PerSolidAngle {
         PerSolidAngle(0.0)
     }
 
@@ -132,12 +132,12 @@ pub trait Model {
     }
 
     /// The radiance that comes from outside the scene along a ray of this direction.
-    fn sky_radiance(&self, _direction: DVec3) -> Rgb {
+    fn environment_radiance(&self, _direction: DVec3) -> Rgb {
         Rgb::ZERO
     }
 
     /// Whether it surrounds the scene.
-    fn is_sky(&self) -> bool {
+    fn is_environment(&self) -> bool {
         false
     }
 
@@ -148,11 +148,11 @@ pub trait Model {
 
     /// Draws light that sets out: where by the first point of `u`, in which direction by the second. None where the
     /// draw carries nothing.
-    fn emit(&self, shape: Option<&Shape>, beam: &Beam, u: [DVec2; 2]) -> Option<Emission>;
+    fn emit(&self, shape: Option<&Shape>, target: &EmissionTarget, u: [DVec2; 2]) -> Option<Emission>;
 
     /// The power in W that it sends into the scene, as if it were not aimed: exact but for textures and sheared spot
     /// lights, where it is good enough to choose lights by.
-    fn power(&self, shape: Option<&Shape>, beam: &Beam) -> Rgb;
+    fn power(&self, shape: Option<&Shape>, target: &EmissionTarget) -> Rgb;
 }
 
 catalogue! { ($)
@@ -171,15 +171,15 @@ catalogue! { ($)
     }
 }
 
-impl Model for Emitter {
+impl EmitterModel for Emitter {
     #[inline]
-    fn sample_towards(&self, shape: Option<&Shape>, from: DVec3, u: DVec2) -> Option<Incident> {
-        each_emitter!(self, emitter => emitter.sample_towards(shape, from, u))
+    fn sample_direction(&self, shape: Option<&Shape>, from: DVec3, u: DVec2) -> Option<EmitterSample> {
+        each_emitter!(self, emitter => emitter.sample_direction(shape, from, u))
     }
 
     #[inline]
-    fn density_towards(&self, shape: Option<&Shape>, from: DVec3, surface: Option<&Surface>) -> PerSolidAngle {
-        each_emitter!(self, emitter => emitter.density_towards(shape, from, surface))
+    fn pdf_direction(&self, shape: Option<&Shape>, from: DVec3, surface: Option<&Surface>) -> PerSolidAngle {
+        each_emitter!(self, emitter => emitter.pdf_direction(shape, from, surface))
     }
 
     #[inline]
@@ -187,12 +187,12 @@ impl Model for Emitter {
         each_emitter!(self, emitter => emitter.surface_radiance(surface, towards))
     }
 
-    fn sky_radiance(&self, direction: DVec3) -> Rgb {
-        each_emitter!(self, emitter => emitter.sky_radiance(direction))
+    fn environment_radiance(&self, direction: DVec3) -> Rgb {
+        each_emitter!(self, emitter => emitter.environment_radiance(direction))
     }
 
-    fn is_sky(&self) -> bool {
-        each_emitter!(self, emitter => emitter.is_sky())
+    fn is_environment(&self) -> bool {
+        each_emitter!(self, emitter => emitter.is_environment())
     }
 
     fn is_distant(&self) -> bool {
@@ -200,11 +200,11 @@ impl Model for Emitter {
     }
 
     #[inline]
-    fn emit(&self, shape: Option<&Shape>, beam: &Beam, u: [DVec2; 2]) -> Option<Emission> {
-        each_emitter!(self, emitter => emitter.emit(shape, beam, u))
+    fn emit(&self, shape: Option<&Shape>, target: &EmissionTarget, u: [DVec2; 2]) -> Option<Emission> {
+        each_emitter!(self, emitter => emitter.emit(shape, target, u))
     }
 
-    fn power(&self, shape: Option<&Shape>, beam: &Beam) -> Rgb {
-        each_emitter!(self, emitter => emitter.power(shape, beam))
+    fn power(&self, shape: Option<&Shape>, target: &EmissionTarget) -> Rgb {
+        each_emitter!(self, emitter => emitter.power(shape, target))
     }
 }

@@ -1,9 +1,9 @@
 use glam::{DVec2, DVec3};
 
-use super::{Beam, Emission, Incident, Model};
+use super::{Emission, EmissionTarget, EmitterModel, EmitterSample};
 use crate::{
     math::{PerSolidAngle, Ray, Rgb, warp},
-    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
     shape::Shape,
 };
 
@@ -20,9 +20,14 @@ impl Described for Point {
         name: "point",
         summary: "A point that shines equally in all directions.",
         params: &[
-            Param::optional("position", Kind::Point, "the origin of to_world", "where it is"),
-            Param::optional("to_world", Kind::Transform, "the identity", "where its origin goes, instead of position"),
-            Param::new("intensity", Kind::Rgb, "1", "its intensity in W/sr").within(Range::LIGHT),
+            Param::optional("position", ParamKind::Point, "the origin of to_world", "where it is"),
+            Param::optional(
+                "to_world",
+                ParamKind::Transform,
+                "the identity",
+                "where its origin goes, instead of position",
+            ),
+            Param::new("intensity", ParamKind::Rgb, "1", "its intensity in W/sr").within(Range::LIGHT),
         ],
         examples: &[
             r#"<emitter type="point"><point name="position" x="1" y="2" z="-1"/><rgb name="intensity" value="3, 2, 1"/></emitter>"#,
@@ -45,31 +50,31 @@ impl Described for Point {
     }
 }
 
-impl Model for Point {
-    fn sample_towards(&self, _shape: Option<&Shape>, from: DVec3, _u: DVec2) -> Option<Incident> {
+impl EmitterModel for Point {
+    fn sample_direction(&self, _shape: Option<&Shape>, from: DVec3, _u: DVec2) -> Option<EmitterSample> {
         let way = self.position - from;
         let distance_squared = way.length_squared();
         if distance_squared == 0.0 {
             return None;
         }
-        Some(Incident {
+        Some(EmitterSample {
             direction: way / distance_squared.sqrt(),
             shadow_ray: Ray::between(from, self.position),
             value: self.intensity / distance_squared,
-            density: None,
+            pdf: None,
         })
     }
 
-    fn emit(&self, _shape: Option<&Shape>, beam: &Beam, [_, u]: [DVec2; 2]) -> Option<Emission> {
-        let (direction, density) = if beam.is_aimed {
-            beam.towards(self.position, u)
+    fn emit(&self, _shape: Option<&Shape>, target: &EmissionTarget, [_, u]: [DVec2; 2]) -> Option<Emission> {
+        let (direction, pdf) = if target.is_aimed {
+            target.towards(self.position, u)
         } else {
             (warp::square_to_sphere(u), PerSolidAngle(warp::SPHERE_DENSITY))
         };
-        Some(Emission { ray: Ray::new(self.position, direction), flux: self.intensity / density.0 })
+        Some(Emission { ray: Ray::new(self.position, direction), flux: self.intensity / pdf.0 })
     }
 
-    fn power(&self, _shape: Option<&Shape>, _beam: &Beam) -> Rgb {
+    fn power(&self, _shape: Option<&Shape>, _beam: &EmissionTarget) -> Rgb {
         self.intensity / warp::SPHERE_DENSITY
     }
 }

@@ -2,10 +2,10 @@ use std::f64::consts::TAU;
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Beam, Emission, Incident, Model};
+use super::{Emission, EmissionTarget, EmitterModel, EmitterSample};
 use crate::{
     math::{PerSolidAngle, Ray, Rgb, warp},
-    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
     shape::Shape,
 };
 
@@ -30,16 +30,16 @@ impl Described for Spot {
         name: "spot",
         summary: "A point that shines in a cone, less towards its edge.",
         params: &[
-            Param::new("intensity", Kind::Rgb, "1", "its intensity near the axis in W/sr").within(Range::LIGHT),
-            Param::new("cutoff_angle", Kind::Float, "20", "degrees from the axis at which it ends").within(ANGLE),
+            Param::new("intensity", ParamKind::Rgb, "1", "its intensity near the axis in W/sr").within(Range::LIGHT),
+            Param::new("cutoff_angle", ParamKind::Float, "20", "degrees from the axis at which it ends").within(ANGLE),
             Param::optional(
                 "beam_width",
-                Kind::Float,
+                ParamKind::Float,
                 "3/4 of cutoff_angle",
                 "degrees from the axis up to which it is full",
             )
             .within(Range { min: 0.0, max: 180.0, open: false }),
-            Param::optional("to_world", Kind::Transform, "the identity", "its place; it shines along +z"),
+            Param::optional("to_world", ParamKind::Transform, "the identity", "its place; it shines along +z"),
         ],
         examples: &[
             r#"<emitter type="spot"><rgb name="intensity" value="30, 20, 10"/><float name="cutoff_angle" value="25"/>
@@ -58,7 +58,7 @@ impl Described for Spot {
         let beam_width = params.optional_float("beam_width")?.unwrap_or(0.75 * cutoff);
         if beam_width > cutoff {
             let error = params.error("beam_width", format!("beam_width {beam_width} is beyond cutoff_angle {cutoff}"));
-            return Err(error.hint("the beam must lie within the cone"));
+            return Err(error.hint("the target must lie within the cone"));
         }
         Ok(Self {
             to_world,
@@ -92,36 +92,36 @@ impl Spot {
         let length = way.length();
         // A map that shears squeezes solid angles: dω' = |det| dω / |M ω|³.
         let squeezed = self.to_world.matrix3.determinant().abs() / (length * length * length);
-        (way / length, PerSolidAngle(warp::cone_density(one_minus_cos) / squeezed))
+        (way / length, PerSolidAngle(warp::square_to_cone_pdf(one_minus_cos) / squeezed))
     }
 }
 
-impl Model for Spot {
-    fn sample_towards(&self, _shape: Option<&Shape>, from: DVec3, _u: DVec2) -> Option<Incident> {
+impl EmitterModel for Spot {
+    fn sample_direction(&self, _shape: Option<&Shape>, from: DVec3, _u: DVec2) -> Option<EmitterSample> {
         let way = self.position - from;
         let distance_squared = way.length_squared();
         let falloff = self.falloff(-way);
         if distance_squared == 0.0 || falloff == 0.0 {
             return None;
         }
-        Some(Incident {
+        Some(EmitterSample {
             direction: way / distance_squared.sqrt(),
             shadow_ray: Ray::between(from, self.position),
             value: self.intensity * (falloff / distance_squared),
-            density: None,
+            pdf: None,
         })
     }
 
-    fn emit(&self, _shape: Option<&Shape>, beam: &Beam, [_, u]: [DVec2; 2]) -> Option<Emission> {
-        let (direction, density) = if beam.is_aimed { beam.towards(self.position, u) } else { self.within_cone(u) };
+    fn emit(&self, _shape: Option<&Shape>, target: &EmissionTarget, [_, u]: [DVec2; 2]) -> Option<Emission> {
+        let (direction, pdf) = if target.is_aimed { target.towards(self.position, u) } else { self.within_cone(u) };
         let falloff = self.falloff(direction);
         let ray = Ray::new(self.position, direction);
-        (falloff > 0.0).then(|| Emission { ray, flux: self.intensity * (falloff / density.0) })
+        (falloff > 0.0).then(|| Emission { ray, flux: self.intensity * (falloff / pdf.0) })
     }
 
     /// `2π ∫ falloff(θ) sin θ dθ = 2π (1 - cos m sin h / h)`, with the mean m and half the difference h of both angles;
     /// without the shear of its transform. Narrow cones leave next to nothing of the 1.
-    fn power(&self, _shape: Option<&Shape>, _beam: &Beam) -> Rgb {
+    fn power(&self, _shape: Option<&Shape>, _beam: &EmissionTarget) -> Rgb {
         let (mean, half) = (0.5 * (self.cutoff + self.beam_width), 0.5 * (self.cutoff - self.beam_width));
         let square = half * half;
         let one_minus_sinc = if half < 1e-2 { square / 6.0 * (1.0 - square / 20.0) } else { 1.0 - half.sin() / half };

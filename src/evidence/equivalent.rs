@@ -7,8 +7,8 @@ use crate::{
     comparison::{Reference, equivalence},
     integrator::Overrides,
     law::{Effort, Finding, Law},
-    node::xml,
     render::Renderer,
+    scene_file::xml,
     stats::equivalence::TO_RADIUS_ZERO,
 };
 
@@ -113,7 +113,7 @@ impl Biased<'_> {
         let reference = Reference::load(&folder)?;
         reference.check_fresh(&folder, scene)?;
         let document = xml::read(scene, &[])?;
-        let size = Renderer::new(&document, &Overrides::default())?.scene.surroundings().radius;
+        let size = Renderer::new(&document, &Overrides::default())?.scene.scene_bounds().radius;
         let [one, two, three] = TO_RADIUS_ZERO.map(|(scale, _)| {
             let radius = (self.least * scale * size).to_string();
             let radii = self.radii.iter().map(|name| (*name, radius.as_str()));

@@ -12,14 +12,15 @@ use rayon::prelude::*;
 
 use crate::{
     bsdf,
-    comparison::{self, Comparison, ComparisonError, Reference, ReferenceError, Side},
+    comparison::{self, Comparison, ComparisonError, ImageEstimate, Reference, ReferenceError},
     emitter, film,
-    integrator::{self, Integrator, Model as _, Overrides},
+    integrator::{self, Integrator, IntegratorModel as _, Overrides},
     law::{Effort, Finding, Law, Measured, judge, level_of_each},
-    node::{SceneError, xml},
     photon, provenance,
-    render::{self, Pass, Renderer},
-    sampler, scene, sensor, shape,
+    render::{self, Renderer, Replicate},
+    sampler, scene,
+    scene_file::{SceneError, xml},
+    sensor, shape,
     stats::{Outcome, Verdict, binomial},
 };
 
@@ -287,7 +288,7 @@ fn stem(scene: &Path) -> String {
 const SAMPLES: u32 = 32;
 const PASSES: u64 = 32;
 /// A scene that needs more is declared undecided.
-const MOST_PASSES: u64 = 256;
+const MAX_PASSES: u64 = 256;
 /// The seed of all comparisons. It is fixed, so that a failure can be looked into.
 const SEED: u64 = 20_261;
 
@@ -297,13 +298,13 @@ fn compare_scene(root: &Path, name: String, scene: PathBuf, effort: Effort) -> R
     let reference = Reference::load(&folder)?;
     reference.check_fresh(&folder, &scene)?;
     let renderer = Renderer::new(&xml::read(&scene, &[])?, &Overrides::default())?;
-    let first = Pass { seed: SEED, number: 0, samples: SAMPLES };
-    let mut ours = Side::of_passes(&renderer, first, u64::from(effort.samples(1)).min(4) * PASSES);
+    let first = Replicate { seed: SEED, number: 0, samples: SAMPLES };
+    let mut ours = ImageEstimate::of_replicates(&renderer, first, u64::from(effort.samples(1)).min(4) * PASSES);
     let mut found = comparison::with_reference(&ours, &reference)?;
     // How many samples a verdict needs follows from the scatter alone, not from the difference, so going on is fair.
     if let Some(Outcome::Undecided { needed_factor: Some(factor) }) = found.verdict.as_ref().map(|v| v.outcome) {
-        let passes = ((1.1 * factor * PASSES as f64).ceil() as u64).min(MOST_PASSES);
-        ours = Side::of_passes(&renderer, first, passes);
+        let passes = ((1.1 * factor * PASSES as f64).ceil() as u64).min(MAX_PASSES);
+        ours = ImageEstimate::of_replicates(&renderer, first, passes);
         found = comparison::with_reference(&ours, &reference)?;
     }
     let scaled = comparison::with_reference(&ours.scaled(SCALED), &reference)?;
@@ -350,7 +351,8 @@ fn calibrate(root: &Path, effort: Effort) -> Result<Vec<Finding>, EvidenceError>
     for scene in CALIBRATED {
         let path = root.join("assets/scenes").join(scene).with_extension("xml");
         let renderer = Renderer::new(&xml::read(&path, &[])?, &Overrides::default())?;
-        let side = |number| Side::of_passes(&renderer, Pass { seed: SEED + 1, number, samples: 2 }, PASSES);
+        let side =
+            |number| ImageEstimate::of_replicates(&renderer, Replicate { seed: SEED + 1, number, samples: 2 }, PASSES);
         let mut rejected = 0;
         for i in 0..comparisons {
             let (one, other) = (side(2 * i * PASSES), side((2 * i + 1) * PASSES));

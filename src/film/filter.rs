@@ -3,10 +3,10 @@
 //! splatting's ratio bias; pixels share no samples, so they are independent and each has an honest variance.
 //! Ernst, Stamminger and Greiner 2006, "Filter Importance Sampling".
 
-use crate::node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError, catalogue};
+use crate::scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, catalogue};
 
 /// What a filter answers: its profile along one axis, in pixels; the filter is the product of two.
-pub trait Model {
+pub trait FilterModel {
     /// Beyond this distance it is zero.
     fn radius(&self) -> f64;
     /// The profile, not normalised, never negative.
@@ -25,7 +25,7 @@ catalogue! { ($)
     }
 }
 
-impl Model for Filter {
+impl FilterModel for Filter {
     fn radius(&self) -> f64 {
         each_filter!(self, filter => filter.radius())
     }
@@ -54,7 +54,7 @@ impl Described for Box {
     }
 }
 
-impl Model for Box {
+impl FilterModel for Box {
     fn radius(&self) -> f64 {
         0.5
     }
@@ -75,7 +75,9 @@ impl Described for Gaussian {
         category: Category::Filter,
         name: "gaussian",
         summary: "A Gaussian bell of four standard deviations; the default.",
-        params: &[Param::new("stddev", Kind::Float, "0.5", "the standard deviation in pixels").within(Range::POSITIVE)],
+        params: &[
+            Param::new("stddev", ParamKind::Float, "0.5", "the standard deviation in pixels").within(Range::POSITIVE)
+        ],
         examples: &[
             r#"<rfilter type="gaussian"/>"#,
             r#"<rfilter type="gaussian"><float name="stddev" value="0.8"/></rfilter>"#,
@@ -94,7 +96,7 @@ impl Default for Gaussian {
     }
 }
 
-impl Model for Gaussian {
+impl FilterModel for Gaussian {
     fn radius(&self) -> f64 {
         4.0 * self.stddev
     }
@@ -116,7 +118,7 @@ impl Described for Tent {
         category: Category::Filter,
         name: "tent",
         summary: "A triangle.",
-        params: &[Param::new("radius", Kind::Float, "1", "where it ends, in pixels").within(Range::POSITIVE)],
+        params: &[Param::new("radius", ParamKind::Float, "1", "where it ends, in pixels").within(Range::POSITIVE)],
         examples: &[r#"<rfilter type="tent"/>"#],
         evidence: &["film/filter", "film/footprint"],
     };
@@ -126,7 +128,7 @@ impl Described for Tent {
     }
 }
 
-impl Model for Tent {
+impl FilterModel for Tent {
     fn radius(&self) -> f64 {
         self.radius
     }
@@ -157,7 +159,7 @@ const PIECES: usize = 512;
 impl Profile {
     /// Tabulates a filter.
     #[must_use]
-    pub fn new(filter: &impl Model) -> Self {
+    pub fn new(filter: &impl FilterModel) -> Self {
         let radius = filter.radius();
         let step = 2.0 * radius / PIECES as f64;
         let values: Vec<f64> = (0..=PIECES).map(|i| filter.eval(-radius + step * i as f64)).collect();

@@ -7,7 +7,7 @@ use glam::DVec2;
 use super::{FilmPlugin, HdrFilm};
 use crate::{
     law::{Effort, Finding, Law},
-    node::xml,
+    scene_file::xml,
     stats::normal,
 };
 

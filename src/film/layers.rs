@@ -13,12 +13,12 @@ pub struct LayerSpec {
     /// The names after the dot.
     pub channels: Vec<String>,
     /// Where its values come from.
-    pub source: Source,
+    pub source: LayerSource,
 }
 
 /// Where a layer's values come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Source {
+pub enum LayerSource {
     /// The mean of what the integrator writes for each sample.
     Sampled,
     /// How many samples a pixel has.
@@ -31,7 +31,7 @@ impl LayerSpec {
     /// The image itself.
     #[must_use]
     pub fn beauty() -> Self {
-        Self { name: String::new(), channels: ["R", "G", "B"].map(String::from).into(), source: Source::Sampled }
+        Self { name: String::new(), channels: ["R", "G", "B"].map(String::from).into(), source: LayerSource::Sampled }
     }
 
     /// A layer of colours that the integrator writes.
@@ -194,14 +194,14 @@ impl Film {
         for layer in &self.layers {
             for (i, channel) in layer.channels.iter().enumerate() {
                 let plane = match layer.source {
-                    Source::Sampled if first == 0 => self.beauty(i, |e| e.mean() as f32),
-                    Source::Sampled => self.plane(first + i, |m| m.mean().unwrap_or(0.0)),
-                    Source::Count => self.plane(0, |m| m.n() as f64),
-                    Source::SecondMoment => self.beauty(i, |e| e.second_moment() as f32),
+                    LayerSource::Sampled if first == 0 => self.beauty(i, |e| e.mean() as f32),
+                    LayerSource::Sampled => self.plane(first + i, |m| m.mean().unwrap_or(0.0)),
+                    LayerSource::Count => self.plane(0, |m| m.n() as f64),
+                    LayerSource::SecondMoment => self.beauty(i, |e| e.second_moment() as f32),
                 };
                 image.channels.push((layer.channel_name(channel), plane));
             }
-            if layer.source == Source::Sampled {
+            if layer.source == LayerSource::Sampled {
                 first += layer.channels.len();
             }
         }
@@ -245,7 +245,7 @@ impl Estimate {
 }
 
 fn sampled_channels(layers: &[LayerSpec]) -> usize {
-    layers.iter().filter(|layer| layer.source == Source::Sampled).map(|layer| layer.channels.len()).sum()
+    layers.iter().filter(|layer| layer.source == LayerSource::Sampled).map(|layer| layer.channels.len()).sum()
 }
 
 /// The channels that hold the variance of the mean of the beauty, of independent samples.

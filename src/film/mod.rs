@@ -9,7 +9,7 @@ pub mod splats;
 mod sums;
 
 pub use filter::Filter;
-pub use layers::{Film, Image, LayerSpec, Pixels, Source, VARIANCE};
+pub use layers::{Film, Image, LayerSource, LayerSpec, Pixels, VARIANCE};
 pub use splats::Splats;
 pub use sums::Frame;
 
@@ -17,7 +17,7 @@ use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
-use crate::node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError, catalogue};
+use crate::scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, catalogue};
 use filter::Profile;
 
 catalogue! { ($)
@@ -53,7 +53,7 @@ pub struct Crop {
 }
 
 /// No more pixels than this are gathered, some 10 GB of sums.
-const MOST_PIXELS: u64 = 100_000_000;
+const MAX_PIXELS: u64 = 100_000_000;
 const SIZE: Range = Range { min: 1.0, max: 1_000_000.0, open: false };
 
 impl Described for HdrFilm {
@@ -62,31 +62,41 @@ impl Described for HdrFilm {
         name: "hdrfilm",
         summary: "An image of high dynamic range.",
         params: &[
-            Param::new("width", Kind::Integer, "768", "columns").within(SIZE),
-            Param::new("height", Kind::Integer, "576", "rows").within(SIZE),
-            Param::new("crop_offset_x", Kind::Integer, "0", "the first column that is rendered")
+            Param::new("width", ParamKind::Integer, "768", "columns").within(SIZE),
+            Param::new("height", ParamKind::Integer, "576", "rows").within(SIZE),
+            Param::new("crop_offset_x", ParamKind::Integer, "0", "the first column that is rendered")
                 .within(Range::NON_NEGATIVE),
-            Param::new("crop_offset_y", Kind::Integer, "0", "the first row that is rendered")
+            Param::new("crop_offset_y", ParamKind::Integer, "0", "the first row that is rendered")
                 .within(Range::NON_NEGATIVE),
-            Param::optional("crop_width", Kind::Integer, "width", "columns that are rendered").within(SIZE),
-            Param::optional("crop_height", Kind::Integer, "height", "rows that are rendered").within(SIZE),
-            Param::new("sample_border", Kind::Boolean, "false", "whether wide filters reach beyond the crop's border"),
-            Param::new("file_format", Kind::Choice(&["openexr", "rgbe", "pfm"]), "openexr", "read; files are OpenEXR"),
+            Param::optional("crop_width", ParamKind::Integer, "width", "columns that are rendered").within(SIZE),
+            Param::optional("crop_height", ParamKind::Integer, "height", "rows that are rendered").within(SIZE),
+            Param::new(
+                "sample_border",
+                ParamKind::Boolean,
+                "false",
+                "whether wide filters reach beyond the crop's border",
+            ),
+            Param::new(
+                "file_format",
+                ParamKind::Choice(&["openexr", "rgbe", "pfm"]),
+                "openexr",
+                "read; files are OpenEXR",
+            ),
             Param::new(
                 "pixel_format",
-                Kind::Choice(&["luminance", "luminance_alpha", "rgb", "rgba", "xyz", "xyza"]),
+                ParamKind::Choice(&["luminance", "luminance_alpha", "rgb", "rgba", "xyz", "xyza"]),
                 "rgb",
                 "read; files hold RGB",
             ),
             Param::new(
                 "component_format",
-                Kind::Choice(&["float16", "float32", "uint32"]),
+                ParamKind::Choice(&["float16", "float32", "uint32"]),
                 "float16",
                 "read; files hold float32",
             ),
-            Param::new("compensate", Kind::Boolean, "false", "read; sums are always exact"),
-            Param::new("banner", Kind::Boolean, "true", "read; there is none"),
-            Param::optional("rfilter", Kind::Object(Category::Filter), "gaussian", "the reconstruction filter"),
+            Param::new("compensate", ParamKind::Boolean, "false", "read; sums are always exact"),
+            Param::new("banner", ParamKind::Boolean, "true", "read; there is none"),
+            Param::optional("rfilter", ParamKind::Object(Category::Filter), "gaussian", "the reconstruction filter"),
         ],
         examples: &[r#"<film type="hdrfilm"><integer name="width" value="64"/><integer name="height" value="32"/>
             <rfilter type="box"/></film>"#],
@@ -103,9 +113,9 @@ impl Described for HdrFilm {
         let integer = |name| params.integer(name).map(|i| i.unsigned_abs() as u32);
         let (width, height) = (integer("width")?, integer("height")?);
         let crop = Self::crop(params, width, height)?;
-        if u64::from(crop.width) * u64::from(crop.height) > MOST_PIXELS {
+        if u64::from(crop.width) * u64::from(crop.height) > MAX_PIXELS {
             let error = params.error("width", format!("a film of {} x {} pixels", crop.width, crop.height));
-            return Err(error.hint(format!("at most {MOST_PIXELS} pixels can be rendered at once")));
+            return Err(error.hint(format!("at most {MAX_PIXELS} pixels can be rendered at once")));
         }
         let filter = match params.child(Category::Filter)? {
             Some(id) => Filter::read(params.document(), id)?,

@@ -103,7 +103,7 @@ mod tests {
     use super::*;
     use crate::film::FilmPlugin;
     use crate::math::rng::Stream;
-    use crate::node::xml;
+    use crate::scene_file::xml;
     use crate::stats::Moments;
 
     fn film(filter: &str, more: &str) -> HdrFilm {

@@ -5,7 +5,7 @@ use std::io::{self, Read, Write};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use super::{Crop, Film, LayerSpec, Source};
+use super::{Crop, Film, LayerSource, LayerSpec};
 use crate::stats::ExactMoments;
 
 /// A film without its sums.
@@ -33,7 +33,7 @@ impl Frame {
     /// How many bytes the sums of such a film have, with or without splats; None if more than can be counted.
     #[must_use]
     pub fn bytes(&self, has_splats: bool) -> Option<u64> {
-        let sampled = self.layers.iter().filter(|layer| layer.source == Source::Sampled);
+        let sampled = self.layers.iter().filter(|layer| layer.source == LayerSource::Sampled);
         let channels = sampled.map(|layer| layer.channels.len() as u64).sum::<u64>() + if has_splats { 3 } else { 0 };
         let pixels = u64::from(self.crop.width).checked_mul(u64::from(self.crop.height))?;
         pixels.checked_mul(channels)?.checked_mul(ExactMoments::BYTES as u64)

@@ -1,11 +1,11 @@
-use super::{EyeRay, Integrator, Model, Notes, Preparation, Round};
+use super::{EyeRay, Integrator, IntegratorModel, Iteration, Notes, Preprocess};
 use crate::{
-    bsdf::Model as _,
-    film::{LayerSpec, Source, splats},
+    bsdf::BsdfModel as _,
+    film::{LayerSource, LayerSpec, splats},
     math::Rgb,
-    node::{Category, Described, Kind, Param, Params, Plugin, SceneError},
-    sampler::PathNumbers,
-    scene::{Scene, Vertex},
+    sampler::PathSampler,
+    scene::{Scene, SurfaceInteraction},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
 };
 
 /// Layers that show what the first surface is like, beside the image of another integrator if there is one inside.
@@ -51,18 +51,18 @@ impl Quantity {
         QUANTITIES.iter().find(|(_, quantity, _)| *quantity == self).expect("every quantity is in the list").2
     }
 
-    fn write(self, scene: &Scene, vertex: &Vertex, out: &mut [f64]) {
-        let surface = &vertex.surface;
+    fn write(self, scene: &Scene, si: &SurfaceInteraction, out: &mut [f64]) {
+        let surface = &si.surface;
         match self {
-            Self::Depth => out[0] = vertex.t,
+            Self::Depth => out[0] = si.t,
             Self::Position => surface.p.write_to_slice(out),
             Self::Uv => surface.uv.write_to_slice(out),
             Self::GeoNormal => surface.n.write_to_slice(out),
             Self::ShNormal => surface.shading.n.write_to_slice(out),
-            Self::Albedo => scene.bsdf(vertex).albedo(surface.uv).write_to_slice(out),
+            Self::Albedo => scene.bsdf(si).albedo(surface.uv).write_to_slice(out),
             Self::PrimIndex => out[0] = f64::from(surface.primitive),
-            Self::ShapeIndex => out[0] = vertex.part as f64,
-            Self::Wireframe => out[0] = f64::from(scene.is_on_edge(vertex)),
+            Self::ShapeIndex => out[0] = si.shape_index as f64,
+            Self::Wireframe => out[0] = f64::from(scene.is_on_edge(si)),
             Self::SampleCount => {}
         }
     }
@@ -76,13 +76,13 @@ impl Described for Aov {
         params: &[
             Param::required(
                 "aovs",
-                Kind::String,
+                ParamKind::String,
                 "layers as name:quantity, separated by commas; quantities: depth, position, uv, geo_normal, sh_normal, \
                  albedo, prim_index, shape_index, wireframe, sample_count",
             ),
             Param::optional(
                 "integrator",
-                Kind::Object(Category::Integrator),
+                ParamKind::Object(Category::Integrator),
                 "a black image",
                 "the integrator that renders",
             ),
@@ -129,7 +129,7 @@ fn check_names(params: &Params<'_>, layers: &[(String, Quantity)], mut taken: Ve
     Ok(())
 }
 
-impl Model for Aov {
+impl IntegratorModel for Aov {
     fn not_physical(&self) -> Option<&'static str> {
         self.child.as_ref().and_then(|child| child.not_physical())
     }
@@ -142,7 +142,7 @@ impl Model for Aov {
         let own = self.layers.iter().map(|(name, quantity)| LayerSpec {
             name: name.clone(),
             channels: quantity.channels().iter().map(|channel| (*channel).to_owned()).collect(),
-            source: if *quantity == Quantity::SampleCount { Source::Count } else { Source::Sampled },
+            source: if *quantity == Quantity::SampleCount { LayerSource::Count } else { LayerSource::Sampled },
         });
         own.chain(self.child.iter().flat_map(|child| child.layers())).collect()
     }
@@ -151,22 +151,22 @@ impl Model for Aov {
         self.child.as_ref().map_or(Ok(()), |child| child.check(scene))
     }
 
-    fn preparation(&self) -> Preparation {
-        self.child.as_ref().map_or(Preparation::None, |child| child.preparation())
+    fn preprocess(&self) -> Preprocess {
+        self.child.as_ref().map_or(Preprocess::None, |child| child.preprocess())
     }
 
-    fn prepared(&self, scene: &Scene, round: &Round) -> Option<Self> {
-        let child = self.child.as_ref()?.prepared(scene, round)?;
+    fn prepared(&self, scene: &Scene, iteration: &Iteration) -> Option<Self> {
+        let child = self.child.as_ref()?.prepared(scene, iteration)?;
         Some(Self { layers: self.layers.clone(), child: Some(Box::new(child)) })
     }
 
-    fn memory(&self) -> Vec<f64> {
-        self.child.as_ref().map(|child| child.memory()).unwrap_or_default()
+    fn state(&self) -> Vec<f64> {
+        self.child.as_ref().map(|child| child.state()).unwrap_or_default()
     }
 
-    fn remember(&mut self, memory: Vec<f64>) {
+    fn restore_state(&mut self, state: Vec<f64>) {
         if let Some(child) = &mut self.child {
-            child.remember(memory);
+            child.restore_state(state);
         }
     }
 
@@ -182,23 +182,23 @@ impl Model for Aov {
         self.child.as_ref().is_some_and(|child| child.traces_light())
     }
 
-    fn light_path(&self, scene: &Scene, numbers: &mut PathNumbers, path: &mut splats::Path) {
+    fn light_path(&self, scene: &Scene, sampler: &mut PathSampler, path: &mut splats::Path) {
         if let Some(child) = &self.child {
-            child.light_path(scene, numbers, path);
+            child.light_path(scene, sampler, path);
         }
     }
 
-    fn radiance(&self, scene: &Scene, eye: &EyeRay, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
+    fn radiance(&self, scene: &Scene, eye: &EyeRay, sampler: &mut PathSampler, layers: &mut [f64]) -> Rgb {
         let sampled = self.layers.iter().filter(|(_, quantity)| *quantity != Quantity::SampleCount);
         let mut rest = layers;
-        let vertex = scene.intersect(&eye.ray);
+        let si = scene.intersect(&eye.ray);
         for (_, quantity) in sampled {
             let (own, others) = rest.split_at_mut(quantity.channels().len());
-            if let Some(vertex) = &vertex {
-                quantity.write(scene, vertex, own);
+            if let Some(si) = &si {
+                quantity.write(scene, si, own);
             }
             rest = others;
         }
-        self.child.as_ref().map_or(Rgb::ZERO, |child| child.radiance(scene, eye, numbers, rest))
+        self.child.as_ref().map_or(Rgb::ZERO, |child| child.radiance(scene, eye, sampler, rest))
     }
 }

@@ -1,9 +1,9 @@
-use super::{EyeRay, Model};
+use super::{EyeRay, IntegratorModel};
 use crate::{
     math::Rgb,
-    node::{Category, Described, Params, Plugin, SceneError},
-    sampler::PathNumbers,
+    sampler::PathSampler,
     scene::Scene,
+    scene_file::{Category, Described, Params, Plugin, SceneError},
 };
 
 /// The distance from the near clipping plane to the first surface along the ray, 0 where there is none; the same in
@@ -26,12 +26,12 @@ impl Described for Depth {
     }
 }
 
-impl Model for Depth {
+impl IntegratorModel for Depth {
     fn needs_light(&self) -> bool {
         false
     }
 
-    fn radiance(&self, scene: &Scene, eye: &EyeRay, _numbers: &mut PathNumbers, _layers: &mut [f64]) -> Rgb {
-        Rgb::splat(scene.intersect(&eye.ray).map_or(0.0, |vertex| vertex.t))
+    fn radiance(&self, scene: &Scene, eye: &EyeRay, _numbers: &mut PathSampler, _layers: &mut [f64]) -> Rgb {
+        Rgb::splat(scene.intersect(&eye.ray).map_or(0.0, |si| si.t))
     }
 }

@@ -1,11 +1,11 @@
-use super::{EyeRay, HIDE_EMITTERS, Model, TRANSPARENT_SHADOWS, first_vertex, not_physical, read_shadows};
+use super::{EyeRay, HIDE_EMITTERS, IntegratorModel, TRANSPARENT_SHADOWS, first_vertex, not_physical, read_shadows};
 use crate::{
-    bsdf::{Lobe, Model as _},
+    bsdf::{BsdfModel as _, Lobe},
     math::{PerSolidAngle, Ray, Rgb},
-    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
-    sampler::{Numbers as _, PathNumbers},
+    sampler::{PathSampler, SampleStream as _},
     scene::Scene,
-    transport::{Junction, Shadows, power_heuristic},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    transport::{ShadingPoint, Shadows, power_heuristic},
 };
 
 /// Light that is emitted towards the camera or scattered once, with so many samples of lights and of the BSDF,
@@ -26,10 +26,11 @@ impl Described for Direct {
         name: "direct",
         summary: "Light that is scattered at most once.",
         params: &[
-            Param::new("shading_samples", Kind::Integer, "1", "samples of lights, and as many of the bsdf")
+            Param::new("shading_samples", ParamKind::Integer, "1", "samples of lights, and as many of the bsdf")
                 .within(COUNT),
-            Param::optional("emitter_samples", Kind::Integer, "shading_samples", "samples of lights").within(COUNT),
-            Param::optional("bsdf_samples", Kind::Integer, "shading_samples", "samples of the bsdf").within(COUNT),
+            Param::optional("emitter_samples", ParamKind::Integer, "shading_samples", "samples of lights")
+                .within(COUNT),
+            Param::optional("bsdf_samples", ParamKind::Integer, "shading_samples", "samples of the bsdf").within(COUNT),
             HIDE_EMITTERS,
             TRANSPARENT_SHADOWS,
         ],
@@ -59,45 +60,48 @@ impl Described for Direct {
     }
 }
 
-impl Model for Direct {
+impl IntegratorModel for Direct {
     fn not_physical(&self) -> Option<&'static str> {
         not_physical(self.shadows)
     }
 
-    fn radiance(&self, scene: &Scene, eye: &EyeRay, numbers: &mut PathNumbers, _layers: &mut [f64]) -> Rgb {
+    fn radiance(&self, scene: &Scene, eye: &EyeRay, sampler: &mut PathSampler, _layers: &mut [f64]) -> Rgb {
         let ray = &eye.ray;
-        let Some(vertex) = first_vertex(scene, ray, self.hide_emitters) else {
-            return if self.hide_emitters { Rgb::ZERO } else { scene.sky(ray.direction) };
+        let Some(si) = first_vertex(scene, ray, self.hide_emitters) else {
+            return if self.hide_emitters { Rgb::ZERO } else { scene.environment(ray.direction) };
         };
-        let mut radiance = scene.glow(&vertex) + if self.hide_emitters { Rgb::ZERO } else { scene.emitted(&vertex) };
-        let shares = [f64::from(self.emitter_samples), f64::from(self.bsdf_samples)];
-        let junction = Junction::new(scene, vertex);
+        let mut radiance = scene.self_emission(&si) + if self.hide_emitters { Rgb::ZERO } else { scene.emitted(&si) };
+        let sample_counts = [f64::from(self.emitter_samples), f64::from(self.bsdf_samples)];
+        let shading_point = ShadingPoint::new(scene, si);
         for _ in 0..self.emitter_samples {
-            radiance += junction.connect(scene, numbers, shares, self.shadows) / shares[0];
+            radiance += shading_point.sample_direct(scene, sampler, sample_counts, self.shadows) / sample_counts[0];
         }
         for _ in 0..self.bsdf_samples {
-            radiance += by_bsdf(scene, &junction, numbers, shares) / shares[1];
+            radiance += by_bsdf(scene, &shading_point, sampler, sample_counts) / sample_counts[1];
         }
-        radiance * scene.transmittance(None, ray, Some(&vertex))
+        radiance * scene.transmittance(None, ray, Some(&si))
     }
 }
 
 /// The light in a direction that the BSDF draws.
-fn by_bsdf(scene: &Scene, junction: &Junction<'_>, numbers: &mut PathNumbers, shares: [f64; 2]) -> Rgb {
-    let Some(sample) = junction.bsdf.sample(&junction.query, numbers.next_1d(), numbers.next_2d()) else {
+fn by_bsdf(scene: &Scene, shading_point: &ShadingPoint<'_>, sampler: &mut PathSampler, sample_counts: [f64; 2]) -> Rgb {
+    let Some(sample) = shading_point.bsdf.sample(&shading_point.query, sampler.next_1d(), sampler.next_2d()) else {
         return Rgb::ZERO;
     };
-    let direction = junction.vertex.surface.shading.to_world(sample.wo);
-    let ray = Ray::leaving(junction.p(), direction);
+    let direction = shading_point.si.surface.shading.to_world(sample.wo);
+    let ray = Ray::leaving(shading_point.p(), direction);
     let met = scene.intersect(&ray);
-    let light = met.map_or_else(|| scene.sky(direction), |vertex| scene.emitted(&vertex));
-    let glow = met.map_or(Rgb::ZERO, |vertex| scene.glow(&vertex));
+    let light = met.map_or_else(|| scene.environment(direction), |si| scene.emitted(&si));
+    let self_emission = met.map_or(Rgb::ZERO, |si| scene.self_emission(&si));
     let weight = match sample.lobe {
         Lobe::Smooth => {
-            let by_light = scene.light_density(junction.p(), met.as_ref());
-            power_heuristic(PerSolidAngle(shares[1] * sample.density.0), PerSolidAngle(shares[0] * by_light.0))
+            let by_light = scene.pdf_emitter_direction(shading_point.p(), met.as_ref());
+            power_heuristic(
+                PerSolidAngle(sample_counts[1] * sample.pdf.0),
+                PerSolidAngle(sample_counts[0] * by_light.0),
+            )
         }
         Lobe::Delta | Lobe::Null => 1.0,
     };
-    sample.weight * (weight * light + glow) * scene.transmittance(Some(&junction.vertex), &ray, met.as_ref())
+    sample.weight * (weight * light + self_emission) * scene.transmittance(Some(&shading_point.si), &ray, met.as_ref())
 }

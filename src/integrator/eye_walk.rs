@@ -4,23 +4,23 @@ use super::first_vertex;
 use crate::{
     bsdf::Sample,
     math::{Ray, Rgb},
-    sampler::{Numbers as _, PathNumbers},
-    scene::{Scene, Vertex},
-    transport::{Depths, FromEye, survival},
+    sampler::{PathSampler, SampleStream as _},
+    scene::{Scene, SurfaceInteraction},
+    transport::{CameraPathClass, PathLimits, survival},
 };
 
 /// A path from the eye of an integrator that finds most light in photons, up to where it is.
 pub(super) struct EyeWalk<'s> {
     scene: &'s Scene,
-    roulette: u32,
+    rr_depth: u32,
     /// What it carries.
     pub(super) throughput: Rgb,
     /// The index of refraction where it is over that where it began.
     eta: f64,
-    pub(super) state: FromEye,
+    pub(super) state: CameraPathClass,
     direction: DVec3,
     /// Where it is; None if it has left the scene.
-    pub(super) met: Option<Vertex>,
+    pub(super) met: Option<SurfaceInteraction>,
 }
 
 /// Paths from the eye are rolled for from this segment on at the earliest: photons are many, and alike in power if they are
@@ -29,32 +29,38 @@ const FIRST_ROULETTE: u32 = 5;
 
 impl<'s> EyeWalk<'s> {
     /// A path that has met nothing.
-    pub(super) fn new(scene: &'s Scene, depths: Depths) -> Self {
-        let roulette = depths.roulette.max(FIRST_ROULETTE);
-        let (state, direction) = (FromEye::START, DVec3::ZERO);
-        Self { scene, roulette, throughput: Rgb::ONE, eta: 1.0, state, direction, met: None }
+    pub(super) fn new(scene: &'s Scene, limits: PathLimits) -> Self {
+        let rr_depth = limits.rr_depth.max(FIRST_ROULETTE);
+        let (state, direction) = (CameraPathClass::START, DVec3::ZERO);
+        Self { scene, rr_depth, throughput: Rgb::ONE, eta: 1.0, state, direction, met: None }
     }
 
     /// A path along a camera's ray up to what that meets first.
-    pub(super) fn along(scene: &'s Scene, depths: Depths, ray: &Ray, hide_emitters: bool) -> Self {
+    pub(super) fn along(scene: &'s Scene, limits: PathLimits, ray: &Ray, hide_emitters: bool) -> Self {
         let met = first_vertex(scene, ray, hide_emitters);
         let throughput = if scene.absorbs() { scene.transmittance(None, ray, met.as_ref()) } else { Rgb::ONE };
-        Self { throughput, direction: ray.direction, met, ..Self::new(scene, depths) }
+        Self { throughput, direction: ray.direction, met, ..Self::new(scene, limits) }
     }
 
     /// The radiance of the light that it has met, be it the sky.
-    pub(super) fn shining(&self) -> Rgb {
-        self.met.map_or_else(|| self.scene.sky(self.direction), |vertex| self.scene.emitted(&vertex))
+    pub(super) fn emitted(&self) -> Rgb {
+        self.met.map_or_else(|| self.scene.environment(self.direction), |si| self.scene.emitted(&si))
     }
 
     /// Goes on from a vertex after so many segments, if it survives: with what it carries there, less what the medium absorbs
     /// on the way.
-    pub(super) fn advance(&mut self, from: &Vertex, sample: &Sample, depth: u32, numbers: &mut PathNumbers) -> bool {
+    pub(super) fn advance(
+        &mut self,
+        from: &SurfaceInteraction,
+        sample: &Sample,
+        depth: u32,
+        sampler: &mut PathSampler,
+    ) -> bool {
         self.throughput *= sample.weight;
         self.eta *= sample.eta;
-        if depth >= self.roulette {
+        if depth >= self.rr_depth {
             let survival = survival(self.throughput, self.eta);
-            if numbers.next_1d() >= survival {
+            if sampler.next_1d() >= survival {
                 return false;
             }
             self.throughput /= survival;

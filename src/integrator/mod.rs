@@ -24,12 +24,13 @@ pub use sppm::Sppm;
 use crate::{
     film::{LayerSpec, splats},
     math::{Ray, Rgb},
-    node::{
-        Category, Document, Kind, Object, ObjectId, Param, Params, Place, Property, Range, SceneError, Value, catalogue,
+    sampler::PathSampler,
+    scene::{Scene, SurfaceInteraction},
+    scene_file::{
+        Category, Document, Object, ObjectId, Param, ParamKind, Params, Property, Range, SceneError, SourceLocation,
+        Value, catalogue,
     },
-    sampler::PathNumbers,
-    scene::{Scene, Vertex},
-    transport::{Depths, Shadows},
+    transport::{PathLimits, Shadows},
 };
 
 /// What a user may want to know of a rendering.
@@ -43,18 +44,18 @@ pub struct Notes {
 
 /// When an integrator gathers what it needs before it can estimate radiance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Preparation {
+pub enum Preprocess {
     /// Never: its samples know nothing of one another.
     None,
     /// Once for a pass, whose samples share it.
-    Pass,
+    Replicate,
     /// Anew for each sample of all pixels.
     Sample,
     /// Anew for each sample of all pixels, and it depends on what the samples before have found.
     Chain,
 }
 
-impl Preparation {
+impl Preprocess {
     /// Whether each sample of all pixels is prepared for by itself.
     #[must_use]
     pub fn is_for_each_sample(self) -> bool {
@@ -64,11 +65,11 @@ impl Preparation {
 
 /// What is prepared for: which sample of all pixels, in which pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Round {
+pub struct Iteration {
     /// The user's seed.
     pub seed: u64,
     /// Which estimate of the image.
-    pub pass: u64,
+    pub replicate: u64,
     /// Which sample; 0 where all samples of a pass are prepared for at once.
     pub sample: u32,
 }
@@ -91,7 +92,7 @@ impl EyeRay {
 }
 
 /// What an integrator answers.
-pub trait Model {
+pub trait IntegratorModel {
     /// Layers beside the beauty.
     fn layers(&self) -> Vec<LayerSpec> {
         Vec::new()
@@ -116,27 +117,27 @@ pub trait Model {
     }
 
     /// When it has to be prepared.
-    fn preparation(&self) -> Preparation {
-        Preparation::None
+    fn preprocess(&self) -> Preprocess {
+        Preprocess::None
     }
 
     /// The same integrator with what it gathers before a round, if it does: a pure function of the scene and the round,
-    /// and with [`Preparation::Chain`] of what `self` found in the round before.
-    fn prepared(&self, _scene: &Scene, _round: &Round) -> Option<Self>
+    /// and with [`Preprocess::Chain`] of what `self` found in the round before.
+    fn prepared(&self, _scene: &Scene, _round: &Iteration) -> Option<Self>
     where
         Self: Sized,
     {
         None
     }
 
-    /// What the next round depends on, with [`Preparation::Chain`]: so many numbers for each pixel. It is empty before the
+    /// What the next round depends on, with [`Preprocess::Chain`]: so many numbers for each pixel. It is empty before the
     /// first round.
-    fn memory(&self) -> Vec<f64> {
+    fn state(&self) -> Vec<f64> {
         Vec::new()
     }
 
-    /// Makes it go on from what [`Model::memory`] gave.
-    fn remember(&mut self, _memory: Vec<f64>) {}
+    /// Makes it go on from what [`IntegratorModel::state`] gave.
+    fn restore_state(&mut self, _memory: Vec<f64>) {}
 
     /// Samples of each pixel that it asks for, if it does.
     fn samples(&self) -> Option<u32> {
@@ -150,7 +151,7 @@ pub trait Model {
 
     /// Whether its samples are independent, so that their scatter tells the variance of the image.
     fn has_variance(&self) -> bool {
-        self.preparation() == Preparation::None
+        self.preprocess() == Preprocess::None
     }
 
     /// Whether it follows light from its sources, a path for each sample of each pixel.
@@ -159,11 +160,11 @@ pub trait Model {
     }
 
     /// Follows light from its source, and adds to the film what the sensor sees of it on the way.
-    fn light_path(&self, _scene: &Scene, _numbers: &mut PathNumbers, _path: &mut splats::Path) {}
+    fn light_path(&self, _scene: &Scene, _numbers: &mut PathSampler, _path: &mut splats::Path) {}
 
     /// An estimate of the radiance that comes back along a camera's ray. What its sampled layers show of this ray goes
     /// into `layers`, as many values as they have channels.
-    fn radiance(&self, scene: &Scene, eye: &EyeRay, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb;
+    fn radiance(&self, scene: &Scene, eye: &EyeRay, sampler: &mut PathSampler, layers: &mut [f64]) -> Rgb;
 }
 
 catalogue! { ($)
@@ -188,7 +189,7 @@ catalogue! { ($)
     }
 }
 
-impl Model for Integrator {
+impl IntegratorModel for Integrator {
     fn layers(&self) -> Vec<LayerSpec> {
         each_integrator!(self, integrator => integrator.layers())
     }
@@ -205,20 +206,20 @@ impl Model for Integrator {
         each_integrator!(self, integrator => integrator.check(scene))
     }
 
-    fn preparation(&self) -> Preparation {
-        each_integrator!(self, integrator => integrator.preparation())
+    fn preprocess(&self) -> Preprocess {
+        each_integrator!(self, integrator => integrator.preprocess())
     }
 
-    fn prepared(&self, scene: &Scene, round: &Round) -> Option<Self> {
-        each_integrator!(self, integrator => integrator.prepared(scene, round).map(Self::from))
+    fn prepared(&self, scene: &Scene, iteration: &Iteration) -> Option<Self> {
+        each_integrator!(self, integrator => integrator.prepared(scene, iteration).map(Self::from))
     }
 
-    fn memory(&self) -> Vec<f64> {
-        each_integrator!(self, integrator => integrator.memory())
+    fn state(&self) -> Vec<f64> {
+        each_integrator!(self, integrator => integrator.state())
     }
 
-    fn remember(&mut self, memory: Vec<f64>) {
-        each_integrator!(self, integrator => integrator.remember(memory))
+    fn restore_state(&mut self, state: Vec<f64>) {
+        each_integrator!(self, integrator => integrator.restore_state(state))
     }
 
     fn samples(&self) -> Option<u32> {
@@ -237,41 +238,45 @@ impl Model for Integrator {
         each_integrator!(self, integrator => integrator.traces_light())
     }
 
-    fn light_path(&self, scene: &Scene, numbers: &mut PathNumbers, path: &mut splats::Path) {
-        each_integrator!(self, integrator => integrator.light_path(scene, numbers, path))
+    fn light_path(&self, scene: &Scene, sampler: &mut PathSampler, path: &mut splats::Path) {
+        each_integrator!(self, integrator => integrator.light_path(scene, sampler, path))
     }
 
-    fn radiance(&self, scene: &Scene, eye: &EyeRay, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
-        each_integrator!(self, integrator => integrator.radiance(scene, eye, numbers, layers))
+    fn radiance(&self, scene: &Scene, eye: &EyeRay, sampler: &mut PathSampler, layers: &mut [f64]) -> Rgb {
+        each_integrator!(self, integrator => integrator.radiance(scene, eye, sampler, layers))
     }
 }
 
-const HIDE_EMITTERS: Param =
-    Param::new("hide_emitters", Kind::Boolean, "false", "whether the camera sees through lights, and a black sky");
+const HIDE_EMITTERS: Param = Param::new(
+    "hide_emitters",
+    ParamKind::Boolean,
+    "false",
+    "whether the camera sees through lights, and a black environment",
+);
 const TRANSPARENT_SHADOWS: Param = Param::new(
     "transparent_shadows",
-    Kind::Boolean,
+    ParamKind::Boolean,
     "false",
-    "whether connections to lights pass glass, unbent and weighted by its transmittance; not physical",
+    "whether shadow rays pass glass, unbent and weighted by its transmittance; not physical",
 );
 /// Whether layers show the four classes of paths apart.
 const PATH_CLASSES: Param = Param::new(
     "path_classes",
-    Kind::Boolean,
+    ParamKind::Boolean,
     "false",
     "whether layers direct, specular, caustic, indirect add up to the image",
 );
 const MAX_DEPTH: Param =
-    Param::new("max_depth", Kind::Integer, "-1", "segments of the longest path; 1 is emission only, -1 no limit")
+    Param::new("max_depth", ParamKind::Integer, "-1", "segments of the longest path; 1 is emission only, -1 no limit")
         .within(Range { min: -1.0, max: 4_294_967_295.0, open: false });
-const RR_DEPTH: Param = Param::new("rr_depth", Kind::Integer, "5", "segments after which Russian roulette begins")
+const RR_DEPTH: Param = Param::new("rr_depth", ParamKind::Integer, "5", "segments after which Russian roulette begins")
     .within(Range { min: 1.0, max: 4_294_967_295.0, open: false });
 
 /// How long paths may be.
-fn read_depths(params: &Params<'_>) -> Result<Depths, SceneError> {
+fn read_path_limits(params: &Params<'_>) -> Result<PathLimits, SceneError> {
     let max = params.integer(MAX_DEPTH.name)?;
-    let roulette = params.integer(RR_DEPTH.name)?.unsigned_abs() as u32;
-    Ok(Depths { max: u32::try_from(max).unwrap_or(u32::MAX), roulette })
+    let rr_depth = params.integer(RR_DEPTH.name)?.unsigned_abs() as u32;
+    Ok(PathLimits { max_depth: u32::try_from(max).unwrap_or(u32::MAX), rr_depth })
 }
 
 /// Whether shadows of glass are transparent.
@@ -286,14 +291,14 @@ fn not_physical(shadows: Shadows) -> Option<&'static str> {
 }
 
 /// What the camera sees first. With `hide_emitters` it looks through every light.
-fn first_vertex(scene: &Scene, ray: &Ray, hide_emitters: bool) -> Option<Vertex> {
-    let mut vertex = scene.intersect(ray)?;
-    while hide_emitters && scene.is_light(&vertex) {
-        let beyond = Ray { t_max: ray.t_max - vertex.t, ..Ray::leaving(vertex.surface.p, ray.direction) };
+fn first_vertex(scene: &Scene, ray: &Ray, hide_emitters: bool) -> Option<SurfaceInteraction> {
+    let mut si = scene.intersect(ray)?;
+    while hide_emitters && scene.is_light(&si) {
+        let beyond = Ray { t_max: ray.t_max - si.t, ..Ray::leaving(si.surface.p, ray.direction) };
         let next = scene.intersect(&beyond)?;
-        vertex = Vertex { t: vertex.t + next.t, ..next };
+        si = SurfaceInteraction { t: si.t + next.t, ..next };
     }
-    Some(vertex)
+    Some(si)
 }
 
 /// What the command line changes about a scene's integrator.
@@ -368,6 +373,6 @@ fn set(object: &mut Object, name: &str, text: &str) {
         Value::String(text.to_owned())
     };
     object.properties.retain(|property| property.name != name);
-    let place = Place::argument(&format!("--param {name}={text}"));
+    let place = SourceLocation::argument(&format!("--param {name}={text}"));
     object.properties.push(Property { name: name.to_owned(), value, place });
 }

@@ -1,10 +1,10 @@
-use super::{EyeRay, Integrator, Model, Notes, Preparation, Round};
+use super::{EyeRay, Integrator, IntegratorModel, Iteration, Notes, Preprocess};
 use crate::{
-    film::{LayerSpec, Source, splats},
+    film::{LayerSource, LayerSpec, splats},
     math::Rgb,
-    node::{Category, Described, Kind, Param, Params, Plugin, SceneError},
-    sampler::PathNumbers,
+    sampler::PathSampler,
     scene::Scene,
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
 };
 
 /// Renders another integrator's image and writes the mean of the squares of its samples as the layer `m2`. (Every
@@ -19,7 +19,11 @@ impl Described for Moment {
         category: Category::Integrator,
         name: "moment",
         summary: "Another integrator's image with the second moment of its samples.",
-        params: &[Param::required("integrator", Kind::Object(Category::Integrator), "the integrator that renders")],
+        params: &[Param::required(
+            "integrator",
+            ParamKind::Object(Category::Integrator),
+            "the integrator that renders",
+        )],
         examples: &[r#"<integrator type="moment"><integrator type="path"/></integrator>"#],
         evidence: &["reference/moment-still-life"],
     };
@@ -32,7 +36,7 @@ impl Described for Moment {
     }
 }
 
-impl Model for Moment {
+impl IntegratorModel for Moment {
     fn not_physical(&self) -> Option<&'static str> {
         self.child.not_physical()
     }
@@ -42,7 +46,7 @@ impl Model for Moment {
     }
 
     fn layers(&self) -> Vec<LayerSpec> {
-        let second = LayerSpec { source: Source::SecondMoment, ..LayerSpec::sampled("m2") };
+        let second = LayerSpec { source: LayerSource::SecondMoment, ..LayerSpec::sampled("m2") };
         self.child.layers().into_iter().chain([second]).collect()
     }
 
@@ -50,20 +54,20 @@ impl Model for Moment {
         self.child.check(scene)
     }
 
-    fn preparation(&self) -> Preparation {
-        self.child.preparation()
+    fn preprocess(&self) -> Preprocess {
+        self.child.preprocess()
     }
 
-    fn prepared(&self, scene: &Scene, round: &Round) -> Option<Self> {
-        Some(Self { child: Box::new(self.child.prepared(scene, round)?) })
+    fn prepared(&self, scene: &Scene, iteration: &Iteration) -> Option<Self> {
+        Some(Self { child: Box::new(self.child.prepared(scene, iteration)?) })
     }
 
-    fn memory(&self) -> Vec<f64> {
-        self.child.memory()
+    fn state(&self) -> Vec<f64> {
+        self.child.state()
     }
 
-    fn remember(&mut self, memory: Vec<f64>) {
-        self.child.remember(memory);
+    fn restore_state(&mut self, state: Vec<f64>) {
+        self.child.restore_state(state);
     }
 
     fn samples(&self) -> Option<u32> {
@@ -78,11 +82,11 @@ impl Model for Moment {
         self.child.traces_light()
     }
 
-    fn light_path(&self, scene: &Scene, numbers: &mut PathNumbers, path: &mut splats::Path) {
-        self.child.light_path(scene, numbers, path);
+    fn light_path(&self, scene: &Scene, sampler: &mut PathSampler, path: &mut splats::Path) {
+        self.child.light_path(scene, sampler, path);
     }
 
-    fn radiance(&self, scene: &Scene, eye: &EyeRay, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
-        self.child.radiance(scene, eye, numbers, layers)
+    fn radiance(&self, scene: &Scene, eye: &EyeRay, sampler: &mut PathSampler, layers: &mut [f64]) -> Rgb {
+        self.child.radiance(scene, eye, sampler, layers)
     }
 }

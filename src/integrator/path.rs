@@ -1,15 +1,15 @@
 use super::{
-    EyeRay, HIDE_EMITTERS, MAX_DEPTH, Model, PATH_CLASSES, RR_DEPTH, TRANSPARENT_SHADOWS, first_vertex, not_physical,
-    read_depths, read_shadows,
+    EyeRay, HIDE_EMITTERS, IntegratorModel, MAX_DEPTH, PATH_CLASSES, RR_DEPTH, TRANSPARENT_SHADOWS, first_vertex,
+    not_physical, read_path_limits, read_shadows,
 };
 use crate::{
-    bsdf::{Lobe, Model as _},
+    bsdf::{BsdfModel as _, Lobe},
     film::LayerSpec,
     math::{PerSolidAngle, Ray, Rgb},
-    node::{Category, Described, Params, Plugin, SceneError},
-    sampler::{Numbers as _, PathNumbers},
-    scene::{Scene, Vertex},
-    transport::{Depths, FromEye, Junction, PathClass, Shadows, power_heuristic, survival},
+    sampler::{PathSampler, SampleStream as _},
+    scene::{Scene, SurfaceInteraction},
+    scene_file::{Category, Described, Params, Plugin, SceneError},
+    transport::{CameraPathClass, PathClass, PathLimits, ShadingPoint, Shadows, power_heuristic, survival},
 };
 
 /// Path tracing with next event estimation and multiple importance sampling by the power heuristic, the same
@@ -20,7 +20,7 @@ use crate::{
 /// transmittance at every face; what paths find through the same glass on their bent ways is left out instead.
 #[derive(Clone, Debug)]
 pub struct Path {
-    depths: Depths,
+    limits: PathLimits,
     hide_emitters: bool,
     shadows: Shadows,
     shows_classes: bool,
@@ -38,7 +38,7 @@ impl Described for Path {
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
         Ok(Self {
-            depths: read_depths(params)?,
+            limits: read_path_limits(params)?,
             hide_emitters: params.boolean(HIDE_EMITTERS.name)?,
             shadows: read_shadows(params)?,
             shows_classes: params.boolean(PATH_CLASSES.name)?,
@@ -50,17 +50,17 @@ impl Described for Path {
 struct Segment<'j> {
     /// Where it starts and the density of its direction; None if it starts at the camera or at a delta lobe, which no
     /// connection to a light could have replaced.
-    drawn: Option<(&'j Junction<'j>, PerSolidAngle)>,
+    drawn: Option<(&'j ShadingPoint<'j>, PerSolidAngle)>,
 }
 
 impl Segment<'_> {
-    fn weight(&self, scene: &Scene, met: Option<&Vertex>) -> f64 {
-        let Some((junction, density)) = self.drawn else { return 1.0 };
-        power_heuristic(density, scene.light_density(junction.p(), met))
+    fn weight(&self, scene: &Scene, met: Option<&SurfaceInteraction>) -> f64 {
+        let Some((shading_point, pdf)) = self.drawn else { return 1.0 };
+        power_heuristic(pdf, scene.pdf_emitter_direction(shading_point.p(), met))
     }
 }
 
-impl Model for Path {
+impl IntegratorModel for Path {
     fn not_physical(&self) -> Option<&'static str> {
         not_physical(self.shadows)
     }
@@ -73,9 +73,9 @@ impl Model for Path {
         }
     }
 
-    fn radiance(&self, scene: &Scene, eye: &EyeRay, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
+    fn radiance(&self, scene: &Scene, eye: &EyeRay, sampler: &mut PathSampler, layers: &mut [f64]) -> Rgb {
         let ray = &eye.ray;
-        if self.depths.max == 0 {
+        if self.limits.max_depth == 0 {
             return Rgb::ZERO;
         }
         let mut radiance = Rgb::ZERO;
@@ -86,7 +86,7 @@ impl Model for Path {
                 layer.iter_mut().zip(light.to_array()).for_each(|(sum, light)| *sum += light);
             }
         };
-        let mut state = FromEye::START;
+        let mut state = CameraPathClass::START;
         let mut throughput = Rgb::ONE;
         let mut eta = 1.0;
         let mut met = first_vertex(scene, ray, self.hide_emitters);
@@ -99,24 +99,25 @@ impl Model for Path {
         let mut is_sought = false;
         for depth in 1.. {
             // Light that is met by chance.
-            let Some(vertex) = met else {
-                add(state.at_light(), emission_weight * throughput * scene.sky(direction));
+            let Some(si) = met else {
+                add(state.if_emitter(), emission_weight * throughput * scene.environment(direction));
                 break;
             };
-            add(state.at_light(), emission_weight * throughput * scene.emitted(&vertex));
-            if scene.glows() {
-                add(state.at_light(), throughput * scene.glow(&vertex));
+            add(state.if_emitter(), emission_weight * throughput * scene.emitted(&si));
+            if scene.has_self_emission() {
+                add(state.if_emitter(), throughput * scene.self_emission(&si));
             }
-            if depth >= self.depths.max {
+            if depth >= self.limits.max_depth {
                 break;
             }
 
             // Light that is sought.
-            let junction = Junction::new(scene, vertex);
-            add(state.lit(), throughput * junction.connect(scene, numbers, [1.0, 1.0], self.shadows));
+            let shading_point = ShadingPoint::new(scene, si);
+            add(state.if_direct(), throughput * shading_point.sample_direct(scene, sampler, [1.0, 1.0], self.shadows));
 
             // Go on.
-            let Some(sample) = junction.bsdf.sample(&junction.query, numbers.next_1d(), numbers.next_2d()) else {
+            let Some(sample) = shading_point.bsdf.sample(&shading_point.query, sampler.next_1d(), sampler.next_2d())
+            else {
                 break;
             };
             state = state.scattered(sample.lobe);
@@ -125,23 +126,23 @@ impl Model for Path {
             if throughput == Rgb::ZERO {
                 break;
             }
-            if depth >= self.depths.roulette {
+            if depth >= self.limits.rr_depth {
                 let survival = survival(throughput, eta);
-                if numbers.next_1d() >= survival {
+                if sampler.next_1d() >= survival {
                     break;
                 }
                 throughput /= survival;
             }
-            direction = vertex.surface.shading.to_world(sample.wo);
-            let next = Ray::leaving(junction.p(), direction);
+            direction = si.surface.shading.to_world(sample.wo);
+            let next = Ray::leaving(shading_point.p(), direction);
             met = scene.intersect(&next);
             if scene.absorbs() {
-                throughput *= scene.transmittance(Some(&vertex), &next, met.as_ref());
+                throughput *= scene.transmittance(Some(&si), &next, met.as_ref());
             }
-            let drawn = (sample.lobe == Lobe::Smooth).then_some((&junction, sample.density));
+            let drawn = (sample.lobe == Lobe::Smooth).then_some((&shading_point, sample.pdf));
             emission_weight = Segment { drawn }.weight(scene, met.as_ref());
             if self.shadows == Shadows::Transparent {
-                let passes = sample.wo.z * junction.query.wi.z < 0.0;
+                let passes = sample.wo.z * shading_point.query.wi.z < 0.0;
                 is_sought = drawn.is_some() || is_sought && passes;
                 if is_sought && drawn.is_none() {
                     emission_weight = 0.0;

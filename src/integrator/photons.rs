@@ -1,24 +1,24 @@
 //! What integrators that find light in photons share.
 
-use super::{MAX_DEPTH, RR_DEPTH, read_depths};
+use super::{MAX_DEPTH, RR_DEPTH, read_path_limits};
 use crate::{
     math::Rgb,
-    node::{Kind, Param, Params, SceneError},
-    photon::{Kernel, LONGEST},
+    photon::{Kernel, MAX_PHOTON_DEPTH},
     scene::Scene,
-    transport::{Depths, PathClass},
+    scene_file::{Param, ParamKind, Params, SceneError},
+    transport::{PathClass, PathLimits},
 };
 
 pub(super) const PHOTON_RR_DEPTH: Param = Param::new(
     RR_DEPTH.name,
-    Kind::Integer,
+    ParamKind::Integer,
     "1",
     "segments after which Russian roulette of photons begins; of paths from the eye at 5 or later",
 )
 .within(RR_DEPTH.range);
 pub(super) const KERNEL: Param = Param::new(
     "kernel",
-    Kind::Choice(&["constant", "cone", "epanechnikov"]),
+    ParamKind::Choice(&["constant", "cone", "epanechnikov"]),
     "epanechnikov",
     "what a photon counts at a distance",
 );
@@ -31,17 +31,17 @@ pub(super) fn read_kernel(params: &Params<'_>) -> Result<Kernel, SceneError> {
 }
 
 /// How long paths may be; photons know the lengths of theirs up to a limit.
-pub(super) fn read_photon_depths(params: &Params<'_>) -> Result<Depths, SceneError> {
-    let depths = read_depths(params)?;
-    if depths.max != u32::MAX && depths.max > LONGEST {
-        let error = params.error(MAX_DEPTH.name, format!("\"max_depth\" is {}", depths.max));
-        return Err(error.hint(format!("must be at most {LONGEST} for a photon mapper, or -1")));
+pub(super) fn read_photon_path_limits(params: &Params<'_>) -> Result<PathLimits, SceneError> {
+    let limits = read_path_limits(params)?;
+    if limits.max_depth != u32::MAX && limits.max_depth > MAX_PHOTON_DEPTH {
+        let error = params.error(MAX_DEPTH.name, format!("\"max_depth\" is {}", limits.max_depth));
+        return Err(error.hint(format!("must be at most {MAX_PHOTON_DEPTH} for a photon mapper, or -1")));
     }
-    Ok(depths)
+    Ok(limits)
 }
 
-const MOST_POWER: f64 = 1e34;
-const LEAST_POWER: f64 = 1e-24;
+const MAX_POWER: f64 = 1e34;
+const MIN_POWER: f64 = 1e-24;
 
 /// Makes sure that a scene can be lit by photons.
 ///
@@ -52,10 +52,10 @@ pub(super) fn check_photons(scene: &Scene) -> Result<(), String> {
         return Err("no surface can keep a photon, for none scatters over more than single directions".into());
     }
     // Photons hold their power in f32.
-    if scene.power() > MOST_POWER || scene.power() > 0.0 && scene.power() < LEAST_POWER {
+    if scene.power() > MAX_POWER || scene.power() > 0.0 && scene.power() < MIN_POWER {
         let power = scene.power();
         return Err(format!(
-            "its lights emit {power:.3e} W, and photons are made for {LEAST_POWER:e} to {MOST_POWER:e} W in all"
+            "its lights emit {power:.3e} W, and photons are made for {MIN_POWER:e} to {MAX_POWER:e} W in all"
         ));
     }
     scene.check_emission()
@@ -63,9 +63,9 @@ pub(super) fn check_photons(scene: &Scene) -> Result<(), String> {
 
 /// The four parts of what a path shows.
 #[derive(Default)]
-pub(super) struct Parts(pub(super) [Rgb; 4]);
+pub(super) struct ClassRadiance(pub(super) [Rgb; 4]);
 
-impl Parts {
+impl ClassRadiance {
     pub(super) fn add(&mut self, class: PathClass, light: Rgb) {
         self.0[class as usize] += light;
     }

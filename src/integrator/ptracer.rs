@@ -2,16 +2,16 @@ use std::ops::ControlFlow;
 
 use glam::DVec2;
 
-use super::{EyeRay, HIDE_EMITTERS, MAX_DEPTH, Model, RR_DEPTH, first_vertex, read_depths};
+use super::{EyeRay, HIDE_EMITTERS, IntegratorModel, MAX_DEPTH, RR_DEPTH, first_vertex, read_path_limits};
 use crate::{
-    bsdf::Model as _,
+    bsdf::BsdfModel as _,
     film::splats,
     math::{Ray, Rgb},
-    node::{Category, Described, Params, Plugin, SceneError},
-    sampler::{Numbers as _, PathNumbers},
+    sampler::{PathSampler, SampleStream as _},
     scene::Scene,
-    sensor::Model as _,
-    transport::{Arrival, Depths, adjoint_of_shading, walk},
+    scene_file::{Category, Described, Params, Plugin, SceneError},
+    sensor::SensorModel as _,
+    transport::{LightVertex, PathLimits, shading_normal_correction, walk},
 };
 
 /// Light tracing: paths start at the lights, and each of their vertices is connected with the sensor. One such path for
@@ -21,7 +21,7 @@ use crate::{
 /// It is the adjoint of [`Path`](super::Path), and good at what that is bad at: caustics, of points above all.
 #[derive(Clone, Debug)]
 pub struct ParticleTracer {
-    depths: Depths,
+    limits: PathLimits,
     hide_emitters: bool,
 }
 
@@ -36,30 +36,35 @@ impl Described for ParticleTracer {
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
-        Ok(Self { depths: read_depths(params)?, hide_emitters: params.boolean(HIDE_EMITTERS.name)? })
+        Ok(Self { limits: read_path_limits(params)?, hide_emitters: params.boolean(HIDE_EMITTERS.name)? })
     }
 }
 
 impl ParticleTracer {
     /// What the sensor sees of light that arrives at a surface, as a position on the film and a value.
-    fn connect(&self, scene: &Scene, arrival: &Arrival<'_>, numbers: &mut PathNumbers) -> Option<(DVec2, Rgb)> {
-        if !arrival.bsdf.is_smooth() || self.hide_emitters && scene.is_light(&arrival.vertex) {
+    fn connect(
+        &self,
+        scene: &Scene,
+        light_vertex: &LightVertex<'_>,
+        sampler: &mut PathSampler,
+    ) -> Option<(DVec2, Rgb)> {
+        if !light_vertex.bsdf.is_smooth() || self.hide_emitters && scene.is_light(&light_vertex.si) {
             return None;
         }
-        let surface = &arrival.vertex.surface;
-        let sight = scene.sensor.camera.see(surface.p, numbers.next_2d())?;
+        let surface = &light_vertex.si.surface;
+        let sensor_sample = scene.sensor.camera.sample_direction(surface.p, sampler.next_2d())?;
         // Beside the film there is nothing to see.
-        scene.sensor.film.seen_by(sight.film).next()?;
-        let wo = surface.shading.to_local(sight.direction);
-        let mut scattered = arrival.bsdf.eval_cos(&arrival.query, wo);
-        if scattered == Rgb::ZERO || self.is_hidden(scene, &sight.ray) {
+        scene.sensor.film.seen_by(sensor_sample.film).next()?;
+        let wo = surface.shading.to_local(sensor_sample.direction);
+        let mut scattered = light_vertex.bsdf.eval_cos(&light_vertex.query, wo);
+        if scattered == Rgb::ZERO || self.is_hidden(scene, &sensor_sample.ray) {
             return None;
         }
         if scene.absorbs() {
-            scattered *= scene.transmittance(Some(&arrival.vertex), &sight.ray, None);
+            scattered *= scene.transmittance(Some(&light_vertex.si), &sensor_sample.ray, None);
         }
-        let adjoint = adjoint_of_shading(surface, arrival.vertex.back, sight.direction);
-        Some((sight.film, arrival.flux * scattered * (adjoint * sight.importance)))
+        let adjoint = shading_normal_correction(surface, light_vertex.si.wi_world, sensor_sample.direction);
+        Some((sensor_sample.film, light_vertex.flux * scattered * (adjoint * sensor_sample.importance)))
     }
 
     /// Whether anything stands between a surface and the sensor that the sensor does not see through.
@@ -68,17 +73,17 @@ impl ParticleTracer {
             return scene.occluded(ray);
         }
         let mut rest = *ray;
-        while let Some(vertex) = scene.intersect(&rest) {
-            if !scene.is_light(&vertex) {
+        while let Some(si) = scene.intersect(&rest) {
+            if !scene.is_light(&si) {
                 return true;
             }
-            rest.t_min = vertex.t + Ray::leaving_distance(vertex.surface.p) / ray.direction.length();
+            rest.t_min = si.t + Ray::leaving_distance(si.surface.p) / ray.direction.length();
         }
         false
     }
 }
 
-impl Model for ParticleTracer {
+impl IntegratorModel for ParticleTracer {
     fn check(&self, scene: &Scene) -> Result<(), String> {
         scene.check_emission()
     }
@@ -87,31 +92,31 @@ impl Model for ParticleTracer {
         true
     }
 
-    fn light_path(&self, scene: &Scene, numbers: &mut PathNumbers, path: &mut splats::Path) {
+    fn light_path(&self, scene: &Scene, sampler: &mut PathSampler, path: &mut splats::Path) {
         // The last segment is that to the sensor.
-        let depths = Depths { max: self.depths.max.saturating_sub(1), ..self.depths };
-        if depths.max == 0 {
+        let limits = PathLimits { max_depth: self.limits.max_depth.saturating_sub(1), ..self.limits };
+        if limits.max_depth == 0 {
             return;
         }
-        let Some((emission, _)) = scene.emit(numbers) else { return };
-        walk(scene, &emission, depths, numbers, |arrival, numbers| {
-            if let Some((position, value)) = self.connect(scene, arrival, numbers) {
+        let Some((emission, _)) = scene.emit(sampler) else { return };
+        walk(scene, &emission, limits, sampler, |light_vertex, sampler| {
+            if let Some((position, value)) = self.connect(scene, light_vertex, sampler) {
                 path.splat(&scene.sensor.film, position, value);
             }
             ControlFlow::Continue(())
         });
     }
 
-    fn radiance(&self, scene: &Scene, eye: &EyeRay, _numbers: &mut PathNumbers, _layers: &mut [f64]) -> Rgb {
+    fn radiance(&self, scene: &Scene, eye: &EyeRay, _numbers: &mut PathSampler, _layers: &mut [f64]) -> Rgb {
         let ray = &eye.ray;
-        if self.depths.max == 0 {
+        if self.limits.max_depth == 0 {
             return Rgb::ZERO;
         }
         let met = first_vertex(scene, ray, self.hide_emitters);
-        let Some(vertex) = met else {
-            return if self.hide_emitters { Rgb::ZERO } else { scene.sky(ray.direction) };
+        let Some(si) = met else {
+            return if self.hide_emitters { Rgb::ZERO } else { scene.environment(ray.direction) };
         };
-        let emitted = if self.hide_emitters { Rgb::ZERO } else { scene.emitted(&vertex) };
-        (emitted + scene.glow(&vertex)) * scene.transmittance(None, ray, Some(&vertex))
+        let emitted = if self.hide_emitters { Rgb::ZERO } else { scene.emitted(&si) };
+        (emitted + scene.self_emission(&si)) * scene.transmittance(None, ray, Some(&si))
     }
 }

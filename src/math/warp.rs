@@ -71,7 +71,7 @@ pub fn square_to_cosine_hemisphere(u: DVec2) -> DVec3 {
 
 /// The density of [`square_to_cosine_hemisphere`], per solid angle.
 #[must_use]
-pub fn cosine_hemisphere_density(cos_theta: f64) -> f64 {
+pub fn square_to_cosine_hemisphere_pdf(cos_theta: f64) -> f64 {
     cos_theta.max(0.0) * FRAC_1_PI
 }
 
@@ -108,7 +108,7 @@ pub fn square_to_cone(u: DVec2, one_minus_cos: f64) -> DVec3 {
 
 /// The density of [`square_to_cone`], per solid angle.
 #[must_use]
-pub fn cone_density(one_minus_cos: f64) -> f64 {
+pub fn square_to_cone_pdf(one_minus_cos: f64) -> f64 {
     1.0 / (2.0 * PI * one_minus_cos)
 }
 

@@ -2,20 +2,20 @@
 
 use npyz::{DType, Field, WriteOptions, WriterBuilder as _};
 
-use super::{Aim, Harvest, Photon};
+use super::{EmittedPhotons, Photon, PhotonMapKind};
 use crate::film::picture::{automatic_exposure, srgb_byte};
 
 /// A photon with its place, and the number of its map.
 type Kept<'h> = (&'h [f32; 3], &'h Photon, u8);
 
-fn all<'h>(maps: &[(Aim, &'h Harvest)]) -> impl Iterator<Item = Kept<'h>> {
-    maps.iter().flat_map(|&(aim, harvest)| {
-        harvest.positions.iter().zip(&harvest.photons).map(move |(position, photon)| (position, photon, aim as u8))
+fn all<'h>(maps: &[(PhotonMapKind, &'h EmittedPhotons)]) -> impl Iterator<Item = Kept<'h>> {
+    maps.iter().flat_map(|&(kind, emitted)| {
+        emitted.positions.iter().zip(&emitted.photons).map(move |(position, photon)| (position, photon, kind as u8))
     })
 }
 
-fn count(maps: &[(Aim, &Harvest)]) -> usize {
-    maps.iter().map(|(_, harvest)| harvest.photons.len()).sum()
+fn count(maps: &[(PhotonMapKind, &EmittedPhotons)]) -> usize {
+    maps.iter().map(|(_, emitted)| emitted.photons.len()).sum()
 }
 
 fn push_floats(bytes: &mut Vec<u8>, values: [f32; 3]) {
@@ -56,14 +56,14 @@ property uchar map
 
 /// A binary PLY file with a point for each photon; its colour is its power, tone-mapped.
 #[must_use]
-pub fn ply(maps: &[(Aim, &Harvest)]) -> Vec<u8> {
+pub fn ply(maps: &[(PhotonMapKind, &EmittedPhotons)]) -> Vec<u8> {
     let powers: Vec<[f32; 3]> = all(maps).map(|(_, photon, _)| photon.power().as_vec3().to_array()).collect();
     let scale = automatic_exposure(&powers).exp2();
     let count = count(maps);
     let mut bytes = format!(
         "ply\nformat binary_little_endian 1.0\ncomment photons: power in W, (dx, dy, dz) towards where they came from\n\
          comment class: 0 direct, 2 caustic, 3 indirect; map: 0 global, 1 caustic\n\
-         element vertex {count}\n{PLY_PROPERTIES}end_header\n"
+         element si {count}\n{PLY_PROPERTIES}end_header\n"
     )
     .into_bytes();
     for kept in all(maps) {
@@ -76,7 +76,7 @@ pub fn ply(maps: &[(Aim, &Harvest)]) -> Vec<u8> {
 
 /// A NumPy file with a structured array of all photons.
 #[must_use]
-pub fn npy(maps: &[(Aim, &Harvest)]) -> Vec<u8> {
+pub fn npy(maps: &[(PhotonMapKind, &EmittedPhotons)]) -> Vec<u8> {
     let plain = |code: &str| DType::Plain(code.parse().expect("the code of a type"));
     let vector = || DType::Array(3, Box::new(plain("<f4")));
     let fields = [
@@ -107,19 +107,19 @@ mod tests {
     use crate::{math::Rgb, transport::PathClass};
     use glam::DVec3;
 
-    fn harvest(powers: &[f64]) -> Harvest {
+    fn trace_photons(powers: &[f64]) -> EmittedPhotons {
         let photon = |&w: &f64| Photon::new(Rgb::new(w, 2.0 * w, 0.0), DVec3::X, DVec3::Z, 3, 2, PathClass::Caustic);
         let photons: Vec<_> = powers.iter().map(photon).collect();
-        Harvest { positions: vec![[1.0, 2.0, 3.0]; powers.len()], photons, ..Harvest::default() }
+        EmittedPhotons { positions: vec![[1.0, 2.0, 3.0]; powers.len()], photons, ..EmittedPhotons::default() }
     }
 
     #[test]
     fn a_point_cloud_has_as_many_bytes_as_its_header_says() {
-        let (global, caustic) = (harvest(&[1.0, 0.5]), harvest(&[2.0]));
-        let bytes = ply(&[(Aim::Everywhere, &global), (Aim::Specular, &caustic)]);
+        let (global, caustic) = (trace_photons(&[1.0, 0.5]), trace_photons(&[2.0]));
+        let bytes = ply(&[(PhotonMapKind::Global, &global), (PhotonMapKind::Caustic, &caustic)]);
         let text = String::from_utf8_lossy(&bytes);
         let end = text.find("end_header\n").expect("the header ends") + "end_header\n".len();
-        assert!(text[..end].contains("element vertex 3\n"));
+        assert!(text[..end].contains("element si 3\n"));
         assert_eq!(bytes.len() - end, 3 * 43);
         assert_eq!(bytes[end..end + 4], 1.0_f32.to_le_bytes());
         assert_eq!(bytes[bytes.len() - 4..], [PathClass::Caustic as u8, 1, 0, 1]);
@@ -127,8 +127,8 @@ mod tests {
 
     #[test]
     fn an_array_names_its_fields() {
-        let global = harvest(&[1.0, 0.5]);
-        let bytes = npy(&[(Aim::Everywhere, &global)]);
+        let global = trace_photons(&[1.0, 0.5]);
+        let bytes = npy(&[(PhotonMapKind::Global, &global)]);
         let file = npyz::NpyFile::new(&bytes[..]).expect("an array");
         assert_eq!(file.shape(), &[2]);
         assert_eq!(file.dtype().num_bytes(), Some(40));

@@ -2,8 +2,8 @@ use rayon::prelude::*;
 use smallvec::SmallVec;
 
 use super::{
-    Harvest, Kernel, Photon, Site,
-    map::{Lookup, Share},
+    EmittedPhotons, GatherPoint, Kernel, Photon,
+    map::{EstimateParameters, KernelSum},
 };
 
 /// Photons in the cells of a grid, hashed: made at once, and made for lookups of a radius near half the edge of a cell.
@@ -60,7 +60,7 @@ impl Cells {
 }
 
 /// More buckets than this are not made.
-const MOST_BITS: u32 = 26;
+const MAX_BITS: u32 = 26;
 
 impl Grid {
     /// Sorts photons, in pieces, into cells of an edge in m.
@@ -68,18 +68,18 @@ impl Grid {
     /// # Panics
     /// If there are 2³² photons or more.
     #[must_use]
-    pub fn new(harvest: &[Harvest], edge: f64) -> Self {
-        let count: usize = harvest.iter().map(|piece| piece.photons.len()).sum();
+    pub fn new(emitted: &[EmittedPhotons], edge: f64) -> Self {
+        let count: usize = emitted.iter().map(|piece| piece.photons.len()).sum();
         let count = u32::try_from(count).expect("photons are numbered in 32 bits");
-        let bits = count.next_power_of_two().trailing_zeros().clamp(1, MOST_BITS);
+        let bits = count.next_power_of_two().trailing_zeros().clamp(1, MAX_BITS);
         let cells = Cells { per_length: edge.recip(), bits };
         let bucket = |position: &[f32; 3]| cells.bucket(cells.of(position.map(f64::from)));
-        let of_piece = |piece: &Harvest| piece.positions.iter().map(bucket).collect();
-        let buckets: Vec<Vec<u32>> = harvest.par_iter().map(of_piece).collect();
+        let of_piece = |piece: &EmittedPhotons| piece.positions.iter().map(bucket).collect();
+        let buckets: Vec<Vec<u32>> = emitted.par_iter().map(of_piece).collect();
         // Each thread picks the photons of its own buckets.
         let parts = rayon::current_num_threads().next_power_of_two().min(1 << bits);
         let size = (1 << bits) / parts;
-        let part = |part: usize| Part::new(harvest, &buckets, part * size, size);
+        let part = |part: usize| Part::new(emitted, &buckets, part * size, size);
         Self { cells, parts: (0..parts).into_par_iter().map(part).collect() }
     }
 
@@ -98,11 +98,11 @@ impl Grid {
     /// Shows the photons within a radius in m around a place, on its side of its surface, each with what it counts there, as
     /// [`Map::gather`](super::Map::gather) does, and with the square of its distance over that of the radius.
     #[inline]
-    pub fn gather(&self, site: &Site, radius: f64, kernel: Kernel, mut show: impl FnMut(&Photon, f64, f64)) {
+    pub fn gather(&self, point: &GatherPoint, radius: f64, kernel: Kernel, mut show: impl FnMut(&Photon, f64, f64)) {
         let reach = ((radius * radius) as f32).clamp(f32::MIN_POSITIVE, f32::MAX);
-        let lookup = Lookup { nearest: None, radius, kernel };
-        let mut share = Share::new(site, &lookup, reach);
-        let p = site.p.as_vec3().to_array();
+        let lookup = EstimateParameters { nearest: None, radius, kernel };
+        let mut share = KernelSum::new(point, &lookup, reach);
+        let p = point.p.as_vec3().to_array();
         let mut visit = |photons: &[Placed]| {
             for placed in photons {
                 let [x, y, z] = [0, 1, 2].map(|axis| placed.position[axis] - p[axis]);
@@ -113,7 +113,7 @@ impl Grid {
                 }
             }
         };
-        match self.buckets(site, radius) {
+        match self.buckets(point, radius) {
             Some(buckets) => buckets.into_iter().for_each(|bucket| visit(self.bucket(bucket))),
             None => self.parts.iter().for_each(|part| visit(&part.photons)),
         }
@@ -121,9 +121,9 @@ impl Grid {
 
     /// The buckets of all cells that a ball meets, each once; None if there are more cells than buckets.
     #[inline]
-    fn buckets(&self, site: &Site, radius: f64) -> Option<SmallVec<[u32; 8]>> {
-        let low = self.cells.of((site.p - radius).to_array());
-        let high = self.cells.of((site.p + radius).to_array());
+    fn buckets(&self, point: &GatherPoint, radius: f64) -> Option<SmallVec<[u32; 8]>> {
+        let low = self.cells.of((point.p - radius).to_array());
+        let high = self.cells.of((point.p + radius).to_array());
         let counts = [0, 1, 2].map(|axis| (high[axis] as f64 - low[axis] as f64) + 1.0);
         if counts.iter().product::<f64>() > f64::from(1_u32 << self.cells.bits) {
             return None;
@@ -154,7 +154,7 @@ impl Grid {
 
 impl Part {
     /// Counting sort of the photons of so many buckets.
-    fn new(harvest: &[Harvest], buckets: &[Vec<u32>], first: usize, size: usize) -> Self {
+    fn new(emitted: &[EmittedPhotons], buckets: &[Vec<u32>], first: usize, size: usize) -> Self {
         let own = |bucket: u32| (bucket as usize).checked_sub(first).filter(|index| *index < size);
         let mut ends = vec![0_u32; size];
         for &bucket in buckets.iter().flatten() {
@@ -168,7 +168,7 @@ impl Part {
         }
         // Each starts where it will end once all of its photons are placed.
         let mut photons = vec![Placed::default(); total as usize];
-        for (piece, buckets) in harvest.iter().zip(buckets) {
+        for (piece, buckets) in emitted.iter().zip(buckets) {
             for ((&position, &photon), &bucket) in piece.positions.iter().zip(&piece.photons).zip(buckets) {
                 if let Some(index) = own(bucket) {
                     photons[ends[index] as usize] = Placed { position, photon };
@@ -192,16 +192,16 @@ mod tests {
         transport::PathClass,
     };
 
-    fn harvest(count: usize, size: f64) -> Harvest {
+    fn trace_photons(count: usize, size: f64) -> EmittedPhotons {
         let mut stream = Stream::at(&[91]);
-        let mut harvest = Harvest::default();
+        let mut emitted = EmittedPhotons::default();
         for i in 0..count {
             let p = DVec3::new(stream.next_1d(), stream.next_1d(), 0.1 * stream.next_1d()) * size - 0.4 * size;
-            harvest.positions.push(p.as_vec3().to_array());
+            emitted.positions.push(p.as_vec3().to_array());
             let power = Rgb::splat(i as f64 + 1.0);
-            harvest.photons.push(Photon::new(power, DVec3::Z, DVec3::Z, 3, 1, PathClass::Direct));
+            emitted.photons.push(Photon::new(power, DVec3::Z, DVec3::Z, 3, 1, PathClass::Direct));
         }
-        harvest
+        emitted
     }
 
     fn found(mut gather: impl FnMut(&mut dyn FnMut(&Photon, f64))) -> Vec<(u64, f64)> {
@@ -221,28 +221,28 @@ mod tests {
             at in prop::array::uniform3(-5.0..5.0f64),
             threads in 1..5usize,
         ) {
-            let harvest = harvest(count, 10.0);
+            let emitted = trace_photons(count, 10.0);
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let grid = pool.install(|| Grid::new(std::slice::from_ref(&harvest), edge));
-            let map = Map::new(&harvest.positions, harvest.photons.clone());
+            let grid = pool.install(|| Grid::new(std::slice::from_ref(&emitted), edge));
+            let map = Map::new(&emitted.positions, emitted.photons.clone());
             prop_assert_eq!(grid.len(), count);
-            let site = Site::flat(DVec3::from_array(at) * DVec3::new(1.0, 1.0, 0.1), DVec3::Z, 3);
-            let lookup = Lookup { nearest: None, radius, kernel: Kernel::Cone };
-            let of_map = found(|show| map.gather(&site, &lookup, |photon, count| show(photon, count)));
-            let of_grid = found(|show| grid.gather(&site, radius, Kernel::Cone, |photon, count, _| show(photon, count)));
+            let point = GatherPoint::flat(DVec3::from_array(at) * DVec3::new(1.0, 1.0, 0.1), DVec3::Z, 3);
+            let lookup = EstimateParameters { nearest: None, radius, kernel: Kernel::Cone };
+            let of_map = found(|show| map.gather(&point, &lookup, |photon, count| show(photon, count)));
+            let of_grid = found(|show| grid.gather(&point, radius, Kernel::Cone, |photon, count, _| show(photon, count)));
             prop_assert_eq!(of_map, of_grid);
         }
     }
 
     #[test]
     fn the_order_does_not_depend_on_threads() {
-        let harvest = harvest(5000, 1.0);
-        let site = Site::flat(DVec3::new(0.0, 0.0, -0.35), DVec3::Z, 3);
+        let emitted = trace_photons(5000, 1.0);
+        let point = GatherPoint::flat(DVec3::new(0.0, 0.0, -0.35), DVec3::Z, 3);
         let order = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let grid = pool.install(|| Grid::new(std::slice::from_ref(&harvest), 0.2));
+            let grid = pool.install(|| Grid::new(std::slice::from_ref(&emitted), 0.2));
             let mut order = Vec::new();
-            grid.gather(&site, 0.1, Kernel::Constant, |photon, _, _| order.push(photon.power().x));
+            grid.gather(&point, 0.1, Kernel::Constant, |photon, _, _| order.push(photon.power().x));
             order
         };
         let alone = order(1);

@@ -4,14 +4,14 @@ use std::{f64::consts::PI, num::NonZeroUsize, path::Path};
 
 use glam::DVec3;
 
-use super::{Aim, Harvest, Kernel, Lookup, Map, Site, harvest};
+use super::{EmittedPhotons, EstimateParameters, GatherPoint, Kernel, Map, PhotonMapKind, trace_photons};
 use crate::{
     law::{Effort, Finding, Law},
     math::{Ray, Rgb, luminance},
-    node::xml,
     scene::Scene,
+    scene_file::xml,
     stats::Moments,
-    transport::{Depths, PathClass},
+    transport::{PathClass, PathLimits},
 };
 
 /// The laws of photon maps.
@@ -19,7 +19,7 @@ pub const LAWS: &[Law] = &[
     Law {
         name: "photon-map/stored",
         claim: "In a closed room of albedo ρ an emitted photon is stored 1/(1-ρ) times, and all stored power is Φ/(1-ρ) in each \
-                channel; one arrival is direct light, of power Φ.",
+                channel; one light_vertex is direct light, of power Φ.",
         source: "geometric series; Jensen 2001, section 5.2",
         check: stored,
     },
@@ -37,7 +37,7 @@ pub const LAWS: &[Law] = &[
         check: uniform,
     },
     Law {
-        name: "photon-map/textbook",
+        name: "photon-map/knn-normalization",
         claim: "The textbook's k / πr² would be too bright by k / (k - 1): 25 %, 5.3 % and 2.0 % for 5, 20 and 50 photons.",
         source: "E[1 / r²] of a Poisson process; counted from a sorted list of distances",
         check: textbook,
@@ -50,11 +50,11 @@ pub const LAWS: &[Law] = &[
         check: thin_wall,
     },
     Law {
-        name: "photon-map/aim",
+        name: "photon-map/kind",
         claim: "Photons that are aimed at mirrors and glass carry the same power to what these light, channel by channel, as those that \
                 are sent everywhere; from each kind of light, at balls that overlap.",
         source: "importance sampling",
-        check: aim,
+        check: kind,
     },
 ];
 
@@ -66,11 +66,19 @@ fn scene(parts: &str) -> Scene {
 }
 
 const CHANNELS: [&str; 3] = ["red", "green", "blue"];
-const FOREVER: Depths = Depths { max: u32::MAX, roulette: 1 };
+const FOREVER: PathLimits = PathLimits { max_depth: u32::MAX, rr_depth: 1 };
 
 /// Something about each of many independent harvests.
-fn each<T>(scene: &Scene, aim: Aim, emitted: u64, times: u32, about: impl Fn(&Harvest) -> T) -> Vec<T> {
-    (0..times).map(|pass| about(&harvest(scene, aim, emitted, FOREVER, [17, u64::from(pass), 0]))).collect()
+fn each<T>(
+    scene: &Scene,
+    kind: PhotonMapKind,
+    emitted: u64,
+    times: u32,
+    about: impl Fn(&EmittedPhotons) -> T,
+) -> Vec<T> {
+    (0..times)
+        .map(|replicate| about(&trace_photons(scene, kind, emitted, FOREVER, [17, u64::from(replicate), 0])))
+        .collect()
 }
 
 /// A test of each channel's mean.
@@ -102,7 +110,7 @@ fn stored(effort: Effort) -> Vec<Finding> {
                <rgb name="intensity" value="3, 1, 0.4"/></emitter>"#,
             diffuse(albedo)
         );
-        let shining = format!(
+        let emitted = format!(
             r#"<shape type="cube"><transform name="to_world"><scale x="1.7" y="0.8" z="1.1"/></transform>
                <boolean name="flip_normals" value="true"/>{}
                <emitter type="area"><rgb name="radiance" value="0.3, 2, 1"/></emitter></shape>"#,
@@ -110,13 +118,14 @@ fn stored(effort: Effort) -> Vec<Finding> {
         );
         let area = 8.0 * (1.7 * 0.8 + 0.8 * 1.1 + 1.1 * 1.7);
         for (room, parts, power) in
-            [("lamp in a sphere", lamp, 4.0 * PI * intensity), ("shining box", shining, PI * area * radiance)]
+            [("lamp in a sphere", lamp, 4.0 * PI * intensity), ("emitted box", emitted, PI * area * radiance)]
         {
             let subject = format!("{room}, {name}");
-            let found = each(&scene(&parts), Aim::Everywhere, 4096, times, |harvest| {
-                let tallies = PathClass::ALL.map(|class| harvest.tally(class));
-                let count = tallies.iter().map(|tally| tally.stored).sum::<u64>() as f64 / harvest.emitted as f64;
-                (count, tallies.iter().map(|tally| tally.power).sum::<Rgb>(), tallies[0].power)
+            let found = each(&scene(&parts), PhotonMapKind::Global, 4096, times, |emitted| {
+                let tallies = PathClass::ALL.map(|class| emitted.statistics(class));
+                let count =
+                    tallies.iter().map(|statistics| statistics.stored).sum::<u64>() as f64 / emitted.emitted as f64;
+                (count, tallies.iter().map(|statistics| statistics.power).sum::<Rgb>(), tallies[0].power)
             });
             let column = |value: fn(&(f64, Rgb, Rgb)) -> Rgb| found.iter().map(value).collect::<Vec<_>>();
             findings.extend(means(&format!("{subject}, power"), &column(|f| f.1), power / (Rgb::ONE - albedo)));
@@ -136,8 +145,8 @@ fn glass(effort: Effort) -> Vec<Finding> {
         <shape type="sphere"><bsdf type="dielectric"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf></shape>
         <emitter type="point"><point name="position" x="0.3" y="0.2" z="-0.4"/><rgb name="intensity" value="2, 1, 0.5"/></emitter>"#;
     let power = 4.0 * PI * Rgb::new(2.0, 1.0, 0.5);
-    let found = each(&scene(parts), Aim::Everywhere, 4096, effort.samples(16), |harvest| {
-        (harvest.tally(PathClass::Caustic).power, harvest.tally(PathClass::Direct).power)
+    let found = each(&scene(parts), PhotonMapKind::Global, 4096, effort.samples(16), |emitted| {
+        (emitted.statistics(PathClass::Caustic).power, emitted.statistics(PathClass::Direct).power)
     });
     let caustic: Vec<_> = found.iter().map(|(caustic, _)| *caustic).collect();
     let direct: Vec<_> = found.iter().map(|(_, direct)| *direct).collect();
@@ -165,14 +174,14 @@ fn sunlit(degrees: f64) -> (Scene, Rgb) {
 }
 
 /// The place of the surface that is seen from straight above.
-fn seen_from(scene: &Scene, origin: DVec3, direction: DVec3) -> Site {
-    let vertex = scene.intersect(&Ray::new(origin, direction)).expect("there is a surface");
-    Site::new(scene, &vertex)
+fn seen_from(scene: &Scene, origin: DVec3, direction: DVec3) -> GatherPoint {
+    let si = scene.intersect(&Ray::new(origin, direction)).expect("there is a surface");
+    GatherPoint::new(scene, &si)
 }
 
-fn irradiance(map: &Map, site: &Site, lookup: &Lookup) -> Rgb {
+fn irradiance(map: &Map, point: &GatherPoint, lookup: &EstimateParameters) -> Rgb {
     let mut sum = Rgb::ZERO;
-    map.gather(site, lookup, |photon, density| sum += photon.power() * density);
+    map.gather(point, lookup, |photon, density| sum += photon.power() * density);
     sum
 }
 
@@ -184,21 +193,23 @@ fn uniform(effort: Effort) -> Vec<Finding> {
         ("in a corner", 0.999_999, 0.999_999),
         ("beside a step", -0.99, 0.2),
     ];
-    let nearest = |k| Lookup { nearest: NonZeroUsize::new(k), radius: 1.0, kernel: Kernel::Constant };
-    let mut lookups: Vec<(String, Lookup)> = [5, 20, 50].map(|k| (format!("{k} nearest"), nearest(k))).into();
+    let nearest = |k| EstimateParameters { nearest: NonZeroUsize::new(k), radius: 1.0, kernel: Kernel::Constant };
+    let mut lookups: Vec<(String, EstimateParameters)> =
+        [5, 20, 50].map(|k| (format!("{k} nearest"), nearest(k))).into();
     for (name, kernel) in Kernel::ALL {
-        lookups.push((format!("20 nearest, {name}"), Lookup { kernel, ..nearest(20) }));
-        lookups.push((format!("within 0.1, {name}"), Lookup { nearest: None, radius: 0.1, kernel }));
+        lookups.push((format!("20 nearest, {name}"), EstimateParameters { kernel, ..nearest(20) }));
+        lookups.push((format!("within 0.1, {name}"), EstimateParameters { nearest: None, radius: 0.1, kernel }));
     }
-    lookups.push(("20 nearest within 0.08".into(), Lookup { radius: 0.08, ..nearest(20) }));
+    lookups.push(("20 nearest within 0.08".into(), EstimateParameters { radius: 0.08, ..nearest(20) }));
     let mut findings = Vec::new();
     for degrees in [0.0, 60.0] {
         let (scene, expected) = sunlit(degrees);
         let sites = PLACES.map(|(_, x, y)| seen_from(&scene, DVec3::new(x, y, 1.0), -DVec3::Z));
-        let found = each(&scene, Aim::Everywhere, 6000, effort.samples(1200), |harvest| {
-            let map = Map::new(&harvest.positions, harvest.photons.clone());
-            let at =
-                |site: &Site| lookups.iter().map(|(_, lookup)| irradiance(&map, site, lookup).y).collect::<Vec<_>>();
+        let found = each(&scene, PhotonMapKind::Global, 6000, effort.samples(1200), |emitted| {
+            let map = Map::new(&emitted.positions, emitted.photons.clone());
+            let at = |point: &GatherPoint| {
+                lookups.iter().map(|(_, lookup)| irradiance(&map, point, lookup).y).collect::<Vec<_>>()
+            };
             sites.iter().map(at).collect::<Vec<_>>()
         });
         for (place, (name, ..)) in PLACES.iter().enumerate() {
@@ -213,11 +224,11 @@ fn uniform(effort: Effort) -> Vec<Finding> {
 
 fn textbook(effort: Effort) -> Vec<Finding> {
     let (scene, expected) = sunlit(60.0);
-    let ratios = each(&scene, Aim::Everywhere, 6000, effort.samples(1200), |harvest| {
+    let ratios = each(&scene, PhotonMapKind::Global, 6000, effort.samples(1200), |emitted| {
         let distance = |p: &[f32; 3]| (f64::from(p[0]) - 0.1).hypot(f64::from(p[1]) + 0.2);
-        let mut distances: Vec<f64> = harvest.positions.iter().map(distance).collect();
+        let mut distances: Vec<f64> = emitted.positions.iter().map(distance).collect();
         distances.sort_unstable_by(f64::total_cmp);
-        let power = harvest.photons[0].power().y;
+        let power = emitted.photons[0].power().y;
         [5, 20, 50].map(|k| k as f64 * power / (PI * distances[k - 1].powi(2)) / expected.y)
     });
     let finding = |(i, k): (usize, f64)| {
@@ -247,7 +258,7 @@ fn thin_wall(_: Effort) -> Vec<Finding> {
         r#"<shape type="rectangle">{two_sided}</shape><shape type="rectangle"><transform name="to_world">
            <rotate y="1" angle="90"/><translate x="0.2" y="0" z="1"/></transform>{two_sided}</shape>"#
     ));
-    let lookup = Lookup { nearest: NonZeroUsize::new(50), radius: 0.3, kernel: Kernel::Constant };
+    let lookup = EstimateParameters { nearest: NonZeroUsize::new(50), radius: 0.3, kernel: Kernel::Constant };
     let mut findings = Vec::new();
     let origins = [("from behind", DVec3::new(0.1, 0.2, -1.0), DVec3::Z)];
     for (name, parts) in [("a rectangle", &rectangle), ("a slab", &slab)] {
@@ -261,9 +272,9 @@ fn thin_wall(_: Effort) -> Vec<Finding> {
 }
 
 /// The irradiance where there is none.
-fn darkness(name: &str, scene: &Scene, lookup: &Lookup, rays: &[(&str, DVec3, DVec3)]) -> Vec<Finding> {
-    let direct = Depths { max: 1, roulette: 1 };
-    let found = harvest(scene, Aim::Everywhere, 50_000, direct, [18, 0, 0]);
+fn darkness(name: &str, scene: &Scene, lookup: &EstimateParameters, rays: &[(&str, DVec3, DVec3)]) -> Vec<Finding> {
+    let direct = PathLimits { max_depth: 1, rr_depth: 1 };
+    let found = trace_photons(scene, PhotonMapKind::Global, 50_000, direct, [18, 0, 0]);
     let map = Map::new(&found.positions, found.photons);
     let dark = |(ray, origin, direction): &(&str, DVec3, DVec3)| {
         let found = irradiance(&map, &seen_from(scene, *origin, *direction), lookup);
@@ -272,7 +283,7 @@ fn darkness(name: &str, scene: &Scene, lookup: &Lookup, rays: &[(&str, DVec3, DV
     rays.iter().map(dark).collect()
 }
 
-fn aim(effort: Effort) -> Vec<Finding> {
+fn kind(effort: Effort) -> Vec<Finding> {
     let lights = [
         (
             "point",
@@ -312,8 +323,8 @@ fn aim(effort: Effort) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (name, light) in lights {
         let scene = scene(&format!("{light}{things}"));
-        let cast = |aim| each(&scene, aim, 8192, times, |harvest| harvest.tally(PathClass::Caustic).power);
-        let (aimed, everywhere) = (cast(Aim::Specular), cast(Aim::Everywhere));
+        let cast = |kind| each(&scene, kind, 8192, times, |emitted| emitted.statistics(PathClass::Caustic).power);
+        let (aimed, everywhere) = (cast(PhotonMapKind::Caustic), cast(PhotonMapKind::Global));
         for (i, channel) in CHANNELS.iter().enumerate() {
             let of = |values: &[Rgb]| values.iter().map(|value| value[i]).collect::<Moments>();
             findings.push(Finding::equal_means(format!("{name}, {channel}"), &of(&aimed), &of(&everywhere)));

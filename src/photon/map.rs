@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::{Kernel, Photon, border::mass_within, packed::surface_key};
 use crate::{
     math::Aabb,
-    scene::{Scene, Vertex},
+    scene::{Scene, SurfaceInteraction},
 };
 
 /// Photons in a tree.
@@ -20,7 +20,7 @@ pub struct Map {
 
 /// Which photons an estimate is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lookup {
+pub struct EstimateParameters {
     /// The nearest so many, of which the farthest only tells the radius; None for all within `radius`.
     pub nearest: Option<NonZeroUsize>,
     /// None farther than this, in m.
@@ -31,36 +31,36 @@ pub struct Lookup {
 
 /// A place where density is estimated.
 #[derive(Clone, Copy, Debug)]
-pub struct Site {
+pub struct GatherPoint {
     /// Where.
     pub p: DVec3,
     /// The unit normal of the true surface, on the side that is looked at.
     pub n: DVec3,
-    patch: u32,
+    surface_id: u32,
     /// Of photons on this side of a flat surface.
     key: u64,
     polygon: Option<[DVec3; 4]>,
 }
 
-impl Site {
+impl GatherPoint {
     /// The surface at a vertex, from the side that it is seen from.
     #[must_use]
-    pub fn new(scene: &Scene, vertex: &Vertex) -> Self {
-        let (n, patch) = (vertex.facing(), scene.patch(vertex));
-        Self { p: vertex.surface.p, n, patch, key: surface_key(n, patch), polygon: scene.polygon(vertex) }
+    pub fn new(scene: &Scene, si: &SurfaceInteraction) -> Self {
+        let (n, surface_id) = (si.facing(), scene.surface_id(si));
+        Self { p: si.surface.p, n, surface_id, key: surface_key(n, surface_id), polygon: scene.polygon(si) }
     }
 
     /// A place on a plane without border.
     #[cfg(test)]
-    pub(super) fn flat(p: DVec3, n: DVec3, patch: u32) -> Self {
-        Self { p, n, patch, key: surface_key(n, patch), polygon: None }
+    pub(super) fn flat(p: DVec3, n: DVec3, surface_id: u32) -> Self {
+        Self { p, n, surface_id, key: surface_key(n, surface_id), polygon: None }
     }
 
     /// Whether a photon arrived at this side of this surface, where it is not turned by more than 45 degrees.
     #[inline]
     fn shares(&self, photon: &Photon) -> bool {
         const COS: f64 = std::f64::consts::FRAC_1_SQRT_2;
-        photon.is_at(self.key) || photon.is_on(self.patch) && photon.normal().dot(self.n) > COS
+        photon.is_at(self.key) || photon.is_on_surface(self.surface_id) && photon.normal().dot(self.n) > COS
     }
 }
 
@@ -110,15 +110,15 @@ impl Map {
     /// bright by `k / (k-1)`. Photons of other surfaces in between change nothing of that. The kernel's norm is that
     /// within the border of a flat polygon.
     #[inline]
-    pub fn gather(&self, site: &Site, lookup: &Lookup, mut show: impl FnMut(&Photon, f64)) {
+    pub fn gather(&self, point: &GatherPoint, lookup: &EstimateParameters, mut show: impl FnMut(&Photon, f64)) {
         let Some(tree) = &self.tree else { return };
-        let point = site.p.as_vec3().to_array();
+        let position = point.p.as_vec3().to_array();
         // Distances are in f32, which have neither arbitrarily small nor arbitrarily great squares.
         let cap = ((lookup.radius * lookup.radius) as f32).clamp(f32::MIN_POSITIVE, f32::MAX);
-        let query = tree.query(&point);
+        let query = tree.query(&position);
         match lookup.nearest {
             None => {
-                let mut share = Share::new(site, lookup, cap);
+                let mut share = KernelSum::new(point, lookup, cap);
                 for found in query.within::<SquaredEuclidean<f32>>(cap).unsorted().execute() {
                     share.show(&self.photons[found.item as usize], found.distance, &mut show);
                 }
@@ -131,7 +131,7 @@ impl Map {
                     cap
                 };
                 // Photons that all lie in one point have no density: they are spread over the greatest disc.
-                let mut share = Share::new(site, lookup, if reach > 0.0 { reach } else { cap });
+                let mut share = KernelSum::new(point, lookup, if reach > 0.0 { reach } else { cap });
                 for found in &found {
                     share.show(&self.photons[found.item as usize], found.distance, &mut show);
                 }
@@ -141,7 +141,7 @@ impl Map {
 }
 
 /// Rounding may put a point of a border outside of it, where next to nothing of a kernel is left.
-const LEAST_MASS: f64 = 1e-3;
+const MIN_MASS: f64 = 1e-3;
 
 /// The order of points along Morton's curve through their box, equal places by their numbers.
 fn along_curve(positions: &[[f32; 3]]) -> Vec<u32> {
@@ -149,7 +149,7 @@ fn along_curve(positions: &[[f32; 3]]) -> Vec<u32> {
     let bounds = Aabb::around(positions.iter().map(point));
     let steps = f64::from((1_u32 << 21) - 1) / bounds.extent().max(DVec3::splat(f64::MIN_POSITIVE));
     let code = |(index, position): (usize, &[f32; 3])| {
-        let cell = ((point(position) - bounds.min) * steps).to_array().map(|x| spread(x as u64));
+        let cell = ((point(position) - bounds.min) * steps).to_array().map(|x| spread_bits(x as u64));
         (cell[0] | cell[1] << 1 | cell[2] << 2, index as u32)
     };
     let mut codes: Vec<(u64, u32)> = positions.par_iter().enumerate().map(code).collect();
@@ -158,7 +158,7 @@ fn along_curve(positions: &[[f32; 3]]) -> Vec<u32> {
 }
 
 /// The lowest 21 bits of a number, each followed by two zeros.
-fn spread(x: u64) -> u64 {
+fn spread_bits(x: u64) -> u64 {
     const STEPS: [(u32, u64); 5] = [
         (32, 0x001f_0000_0000_ffff),
         (16, 0x001f_0000_ff00_00ff),
@@ -170,8 +170,8 @@ fn spread(x: u64) -> u64 {
 }
 
 /// What photons count at a place, for a radius.
-pub(super) struct Share<'s> {
-    site: &'s Site,
+pub(super) struct KernelSum<'s> {
+    point: &'s GatherPoint,
     kernel: Kernel,
     radius_squared: f64,
     per_radius_squared: f64,
@@ -180,17 +180,17 @@ pub(super) struct Share<'s> {
     height: Option<f64>,
 }
 
-impl<'s> Share<'s> {
-    pub(super) fn new(site: &'s Site, lookup: &Lookup, radius_squared: f32) -> Self {
+impl<'s> KernelSum<'s> {
+    pub(super) fn new(point: &'s GatherPoint, lookup: &EstimateParameters, radius_squared: f32) -> Self {
         let radius_squared = f64::from(radius_squared);
         let per_radius_squared = radius_squared.recip();
-        Self { site, kernel: lookup.kernel, radius_squared, per_radius_squared, height: None }
+        Self { point, kernel: lookup.kernel, radius_squared, per_radius_squared, height: None }
     }
 
     /// Shows a photon if it is on the surface that is looked at.
     #[inline]
     pub(super) fn show(&mut self, photon: &Photon, distance_squared: f32, show: &mut impl FnMut(&Photon, f64)) {
-        if !self.site.shares(photon) {
+        if !self.point.shares(photon) {
             return;
         }
         let height = match self.height {
@@ -202,9 +202,9 @@ impl<'s> Share<'s> {
 
     #[inline(never)]
     fn height_within_border(&self) -> f64 {
-        let (site, radius) = (self.site, self.radius_squared.sqrt());
-        let mass = site.polygon.map_or(1.0, |polygon| mass_within(self.kernel, &polygon, site.p, radius));
-        self.kernel.height(self.radius_squared) / mass.max(LEAST_MASS)
+        let (point, radius) = (self.point, self.radius_squared.sqrt());
+        let mass = point.polygon.map_or(1.0, |polygon| mass_within(self.kernel, &polygon, point.p, radius));
+        self.kernel.height(self.radius_squared) / mass.max(MIN_MASS)
     }
 }
 
@@ -213,9 +213,9 @@ mod tests {
     #[test]
     fn bits_are_spread_by_three() {
         for bit in 0..21 {
-            assert_eq!(super::spread(1 << bit), 1 << (3 * bit));
+            assert_eq!(super::spread_bits(1 << bit), 1 << (3 * bit));
         }
-        assert_eq!(super::spread(u64::MAX).count_ones(), 21);
+        assert_eq!(super::spread_bits(u64::MAX).count_ones(), 21);
     }
 
     use super::*;
@@ -227,11 +227,13 @@ mod tests {
         let photon = Photon::new(Rgb::ONE, DVec3::Z, DVec3::Z, 7, 1, PathClass::Direct);
         for p in [DVec3::ZERO, DVec3::new(-1e-9, -1e-9, 0.0), DVec3::new(0.5, -1e-6, 0.0)] {
             let map = Map::new(&[p.as_vec3().to_array()], vec![photon]);
-            let site = Site { polygon: Some(square), ..Site::flat(p, DVec3::Z, 7) };
+            let point = GatherPoint { polygon: Some(square), ..GatherPoint::flat(p, DVec3::Z, 7) };
             for radius in [1e-20, 1e-12, 1e-7, 0.1, 1e15] {
                 for (_, kernel) in Kernel::ALL {
                     let mut counts = Vec::new();
-                    map.gather(&site, &Lookup { nearest: None, radius, kernel }, |_, count| counts.push(count));
+                    map.gather(&point, &EstimateParameters { nearest: None, radius, kernel }, |_, count| {
+                        counts.push(count)
+                    });
                     let [count] = counts[..] else { panic!("one photon is there") };
                     assert!(count.is_finite() && count > 0.0, "{p} {radius} {kernel:?}: {count}");
                 }

@@ -15,7 +15,7 @@ pub struct Photon {
 }
 
 /// Depths beyond this cannot be told apart.
-pub const LONGEST: u32 = (1 << DEPTH_BITS) - 1;
+pub const MAX_PHOTON_DEPTH: u32 = (1 << DEPTH_BITS) - 1;
 
 const DIRECTION_BITS: u32 = 13;
 const NORMAL_BITS: u32 = 6;
@@ -31,11 +31,11 @@ impl Photon {
     /// A photon with its power in W, the unit direction to where it came from, the unit normal of the surface, the patch
     /// of the surface, of which the lowest bits are kept, the segments of its path, and what kind of path that was.
     #[must_use]
-    pub fn new(power: Rgb, direction: DVec3, normal: DVec3, patch: u32, depth: u32, class: PathClass) -> Self {
+    pub fn new(power: Rgb, direction: DVec3, normal: DVec3, surface_id: u32, depth: u32, class: PathClass) -> Self {
         let class = PathClass::ALL.iter().position(|known| *known == class).expect("all classes are known") as u64;
         let bits = encode(direction, DIRECTION_BITS)
-            | surface_key(normal, patch)
-            | u64::from(depth.min(LONGEST)) << DEPTH_AT
+            | surface_key(normal, surface_id)
+            | u64::from(depth.min(MAX_PHOTON_DEPTH)) << DEPTH_AT
             | class << CLASS_AT;
         Self { power: power.as_vec3().to_array(), bits: [bits as u32, (bits >> 32) as u32] }
     }
@@ -74,8 +74,8 @@ impl Photon {
     /// Whether it arrived at a patch of which a number is given.
     #[inline]
     #[must_use]
-    pub fn is_on(&self, patch: u32) -> bool {
-        self.field(PATCH_AT, PATCH_BITS) == u64::from(patch) & ((1 << PATCH_BITS) - 1)
+    pub fn is_on_surface(&self, surface_id: u32) -> bool {
+        self.field(PATCH_AT, PATCH_BITS) == u64::from(surface_id) & ((1 << PATCH_BITS) - 1)
     }
 
     /// Whether it arrived at a patch and on a side that have this [`surface_key`].
@@ -110,8 +110,8 @@ impl Photon {
 
 /// A unit normal and the number of a patch, as photons hold them.
 #[must_use]
-pub(super) fn surface_key(normal: DVec3, patch: u32) -> u64 {
-    encode(normal, NORMAL_BITS) << NORMAL_AT | (u64::from(patch) & ((1 << PATCH_BITS) - 1)) << PATCH_AT
+pub(super) fn surface_key(normal: DVec3, surface_id: u32) -> u64 {
+    encode(normal, NORMAL_BITS) << NORMAL_AT | (u64::from(surface_id) & ((1 << PATCH_BITS) - 1)) << PATCH_AT
 }
 
 /// A unit vector as two numbers of so many bits: the octahedron `|x| + |y| + |z| = 1`, unfolded.
@@ -156,20 +156,20 @@ mod tests {
         #[test]
         fn what_is_packed_comes_out(
             [a, b, c, d] in prop::array::uniform4(0.0..1.0f64),
-            patch in 0..1u32 << PATCH_BITS,
-            depth in 0..2 * LONGEST,
+            surface_id in 0..1u32 << PATCH_BITS,
+            depth in 0..2 * MAX_PHOTON_DEPTH,
             class in 0..4usize,
         ) {
             let (direction, normal) =
                 (warp::square_to_sphere(DVec2::new(a, b)), warp::square_to_sphere(DVec2::new(c, d)));
-            let photon = Photon::new(Rgb::new(a, 2.0, 1e-9), direction, normal, patch, depth, PathClass::ALL[class]);
+            let photon = Photon::new(Rgb::new(a, 2.0, 1e-9), direction, normal, surface_id, depth, PathClass::ALL[class]);
             prop_assert!(photon.direction().angle_between(direction) < DIRECTION_ERROR);
             prop_assert!(photon.normal().angle_between(normal) < NORMAL_ERROR);
             prop_assert!((photon.power() - Rgb::new(a, 2.0, 1e-9)).abs().max_element() < 1e-6);
-            prop_assert!(photon.is_on(patch) && !photon.is_on(patch ^ 1));
-            prop_assert!(photon.is_at(surface_key(normal, patch)) && !photon.is_at(surface_key(normal, patch ^ 1)));
-            prop_assert!(!photon.is_at(surface_key(-normal, patch)));
-            prop_assert_eq!(photon.depth(), depth.min(LONGEST));
+            prop_assert!(photon.is_on_surface(surface_id) && !photon.is_on_surface(surface_id ^ 1));
+            prop_assert!(photon.is_at(surface_key(normal, surface_id)) && !photon.is_at(surface_key(normal, surface_id ^ 1)));
+            prop_assert!(!photon.is_at(surface_key(-normal, surface_id)));
+            prop_assert_eq!(photon.depth(), depth.min(MAX_PHOTON_DEPTH));
             prop_assert_eq!(photon.class(), PathClass::ALL[class]);
         }
     }

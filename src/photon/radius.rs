@@ -24,20 +24,20 @@ pub struct PixelRadius {
     /// [`PixelRadius::after_test`], those found within the current radius.
     pub photons: f64,
     /// Their sum of squares of distances over the square of the radius; of [`PixelRadius::after_test`] alone.
-    pub spread: f64,
+    pub squared_distances: f64,
 }
 
 /// What a pixel finds in a pass.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Found {
+pub struct PassCounts {
     /// Photons.
     pub photons: u32,
     /// The sum of the squares of their distances over the square of the radius.
-    pub spread: f64,
+    pub squared_distances: f64,
 }
 
 /// From how many photons on their spread is put to the test.
-const FEWEST: f64 = 8.0;
+const MIN_COUNT: f64 = 8.0;
 /// How many standard errors of the spread of even light tell that the light is not even.
 const TELLING: f64 = 2.0;
 /// What is left of the square of the radius then.
@@ -45,7 +45,7 @@ const LEFT: f64 = 0.5;
 
 impl PixelRadius {
     /// Before the first pass.
-    pub const FIRST: Self = Self { squared: 1.0, photons: 0.0, spread: 0.0 };
+    pub const FIRST: Self = Self { squared: 1.0, photons: 0.0, squared_distances: 0.0 };
 
     /// After a pass, by the error: the radius stays as long as photons are spread over the disc as if the estimate were
     /// unbiased.
@@ -59,14 +59,15 @@ impl PixelRadius {
     /// In the manner of Lin et al. 2020, "CPPM: Chi-squared Progressive Photon Mapping", who test the evenness of the whole
     /// disc, and with the aim of Kaplanyan and Dachsbacher 2013, "Adaptive Progressive Photon Mapping".
     #[must_use]
-    pub fn after_test(self, found: Found) -> Self {
-        let (photons, spread) = (self.photons + f64::from(found.photons), self.spread + found.spread);
+    pub fn after_test(self, found: PassCounts) -> Self {
+        let (photons, squared_distances) =
+            (self.photons + f64::from(found.photons), self.squared_distances + found.squared_distances);
         // The variance of a uniform number is 1/12.
-        let deviation = (spread - 0.5 * photons).abs() / (photons / 12.0).sqrt();
-        if photons < FEWEST || deviation < TELLING {
-            return Self { photons, spread, ..self };
+        let deviation = (squared_distances - 0.5 * photons).abs() / (photons / 12.0).sqrt();
+        if photons < MIN_COUNT || deviation < TELLING {
+            return Self { photons, squared_distances, ..self };
         }
-        Self { squared: LEFT * self.squared, photons: 0.0, spread: 0.0 }
+        Self { squared: LEFT * self.squared, photons: 0.0, squared_distances: 0.0 }
     }
 
     /// After a pass that found so many photons within it: of those added, the share α stays within.
@@ -107,8 +108,8 @@ mod tests {
         }
     }
 
-    /// Numbers of [0, 1] with the density `1 + slope (x - 1/2)`, so many in each pass.
-    fn passes(slope: f64, each: u32, seed: u64) -> impl Iterator<Item = Found> {
+    /// SampleStream of [0, 1] with the density `1 + slope (x - 1/2)`, so many in each pass.
+    fn passes(slope: f64, each: u32, seed: u64) -> impl Iterator<Item = PassCounts> {
         let mut stream = Stream::at(&[seed]);
         let draw = move || loop {
             let x = stream.next_1d();
@@ -117,7 +118,7 @@ mod tests {
             }
         };
         let mut draw = draw;
-        std::iter::repeat_with(move || Found { photons: each, spread: (0..each).map(|_| draw()).sum() })
+        std::iter::repeat_with(move || PassCounts { photons: each, squared_distances: (0..each).map(|_| draw()).sum() })
     }
 
     #[test]
@@ -137,7 +138,7 @@ mod tests {
     #[test]
     fn slopes_that_cancel_do_not_shrink_a_radius() {
         // The photons of a disc on the border of a shadow: their distances are spread as in even light.
-        let exactly = Found { photons: 1000, spread: 500.0 };
+        let exactly = PassCounts { photons: 1000, squared_distances: 500.0 };
         assert_eq!(PixelRadius::FIRST.after_test(exactly).squared, 1.0);
     }
 

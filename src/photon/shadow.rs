@@ -1,9 +1,9 @@
 use rayon::prelude::*;
 
-use super::{Kernel, LONGEST, Lookup, Map, Photon, map::Site};
+use super::{EstimateParameters, Kernel, MAX_PHOTON_DEPTH, Map, Photon, map::GatherPoint};
 use crate::{
     math::{Ray, Rgb, rng::Stream},
-    scene::{Scene, Vertex},
+    scene::{Scene, SurfaceInteraction},
     transport::PathClass,
 };
 
@@ -12,12 +12,12 @@ use crate::{
 #[derive(Debug)]
 pub struct ShadowMap {
     map: Map,
-    lookup: Lookup,
+    lookup: EstimateParameters,
 }
 
 /// What nearby photons say of a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shade {
+pub enum Visibility {
     /// All have arrived.
     Lit,
     /// None has.
@@ -29,20 +29,20 @@ pub enum Shade {
 /// Photons that are followed together.
 const BATCH: u64 = 2048;
 /// Fewer photons of a light nearby say nothing of it.
-const FEWEST: usize = 8;
+const MIN_COUNT: usize = 8;
 
 impl ShadowMap {
     /// Emits so many photons, each a function of the address and its number alone.
     #[must_use]
-    pub fn new(scene: &Scene, emitted: u64, lookup: Lookup, address: [u64; 3]) -> Self {
+    pub fn new(scene: &Scene, emitted: u64, lookup: EstimateParameters, address: [u64; 3]) -> Self {
         let batch = |batch: u64| {
             let mut found = Vec::new();
             for index in batch * BATCH..emitted.min((batch + 1) * BATCH) {
-                let [seed, pass, purpose] = address;
-                let mut numbers = Stream::at(&[seed, pass, purpose, index]);
-                if let Some((emission, light)) = scene.emit(&mut numbers) {
-                    pierce(scene, emission.ray, |vertex, is_first| {
-                        found.push((vertex.surface.p.as_vec3().to_array(), mark(scene, vertex, light, is_first)));
+                let [seed, replicate, purpose] = address;
+                let mut sampler = Stream::at(&[seed, replicate, purpose, index]);
+                if let Some((emission, light)) = scene.emit(&mut sampler) {
+                    pierce(scene, emission.ray, |si, is_first| {
+                        found.push((si.surface.p.as_vec3().to_array(), mark(scene, si, light, is_first)));
                     });
                 }
             }
@@ -50,7 +50,7 @@ impl ShadowMap {
         };
         let batches: Vec<_> = (0..emitted.div_ceil(BATCH)).into_par_iter().map(batch).collect();
         let (positions, photons): (Vec<_>, Vec<_>) = batches.into_iter().flatten().unzip();
-        Self { map: Map::new(&positions, photons), lookup: Lookup { kernel: Kernel::Constant, ..lookup } }
+        Self { map: Map::new(&positions, photons), lookup: EstimateParameters { kernel: Kernel::Constant, ..lookup } }
     }
 
     /// The photons.
@@ -61,36 +61,36 @@ impl ShadowMap {
 
     /// What the photons around a place say of a light.
     #[must_use]
-    pub fn shade(&self, site: &Site, light: usize) -> Shade {
+    pub fn shade(&self, point: &GatherPoint, light: usize) -> Visibility {
         let (mut lit, mut dark) = (0, 0);
-        self.map.gather(site, &self.lookup, |photon, _| {
+        self.map.gather(point, &self.lookup, |photon, _| {
             if photon.depth() as usize == light {
                 *(if photon.class() == PathClass::Direct { &mut lit } else { &mut dark }) += 1;
             }
         });
         // Lights beyond the last that photons can name share its number.
         match (lit, dark) {
-            _ if light >= LONGEST as usize => Shade::Unknown,
-            (lit, 0) if lit >= FEWEST => Shade::Lit,
-            (0, dark) if dark >= FEWEST => Shade::Dark,
-            _ => Shade::Unknown,
+            _ if light >= MAX_PHOTON_DEPTH as usize => Visibility::Unknown,
+            (lit, 0) if lit >= MIN_COUNT => Visibility::Lit,
+            (0, dark) if dark >= MIN_COUNT => Visibility::Dark,
+            _ => Visibility::Unknown,
         }
     }
 }
 
 /// Shows all surfaces that a ray meets, and which of them is the first.
-fn pierce(scene: &Scene, mut ray: Ray, mut show: impl FnMut(&Vertex, bool)) {
-    const MOST: u32 = 64;
-    for number in 0..MOST {
-        let Some(vertex) = scene.intersect(&ray) else { return };
-        show(&vertex, number == 0);
-        ray = Ray::leaving(vertex.surface.p, ray.direction);
+fn pierce(scene: &Scene, mut ray: Ray, mut show: impl FnMut(&SurfaceInteraction, bool)) {
+    const MAX_COUNT: u32 = 64;
+    for number in 0..MAX_COUNT {
+        let Some(si) = scene.intersect(&ray) else { return };
+        show(&si, number == 0);
+        ray = Ray::leaving(si.surface.p, ray.direction);
     }
 }
 
 /// A photon that names a light by its depth, and by its class whether it has arrived.
-fn mark(scene: &Scene, vertex: &Vertex, light: usize, is_first: bool) -> Photon {
+fn mark(scene: &Scene, si: &SurfaceInteraction, light: usize, is_first: bool) -> Photon {
     let class = if is_first { PathClass::Direct } else { PathClass::Indirect };
-    let light = light.min(LONGEST as usize) as u32;
-    Photon::new(Rgb::ZERO, vertex.back, vertex.facing(), scene.patch(vertex), light, class)
+    let light = light.min(MAX_PHOTON_DEPTH as usize) as u32;
+    Photon::new(Rgb::ZERO, si.wi_world, si.facing(), scene.surface_id(si), light, class)
 }

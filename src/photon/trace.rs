@@ -2,34 +2,34 @@ use std::ops::ControlFlow;
 
 use rayon::prelude::*;
 
-use super::{LONGEST, Photon};
+use super::{MAX_PHOTON_DEPTH, Photon};
 use crate::{
-    bsdf::Model as _,
+    bsdf::BsdfModel as _,
     emitter::Emission,
     math::{Rgb, rng::Stream},
     scene::Scene,
-    transport::{Arrival, Depths, PathClass, walk},
+    transport::{LightVertex, PathClass, PathLimits, walk},
 };
 
 /// Which light is followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Aim {
+pub enum PhotonMapKind {
     /// All of it; photons are kept wherever they meet a surface that scatters over more than single directions.
-    Everywhere,
+    Global,
     /// Light that meets mirrors or glass first; photons are kept where it leaves them.
-    Specular,
+    Caustic,
 }
 
-impl Aim {
+impl PhotonMapKind {
     /// Both.
-    pub const ALL: [Self; 2] = [Self::Everywhere, Self::Specular];
+    pub const ALL: [Self; 2] = [Self::Global, Self::Caustic];
 
     /// The name of the map that such light makes.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            Self::Everywhere => "global",
-            Self::Specular => "caustic",
+            Self::Global => "global",
+            Self::Caustic => "caustic",
         }
     }
 
@@ -37,35 +37,35 @@ impl Aim {
     #[must_use]
     pub fn classes(self) -> &'static [PathClass] {
         match self {
-            Self::Everywhere => &[PathClass::Direct, PathClass::Caustic, PathClass::Indirect],
-            Self::Specular => &[PathClass::Caustic],
+            Self::Global => &[PathClass::Direct, PathClass::Caustic, PathClass::Indirect],
+            Self::Caustic => &[PathClass::Caustic],
         }
     }
 
-    fn emit(self, scene: &Scene, numbers: &mut Stream) -> Option<Emission> {
+    fn emit(self, scene: &Scene, sampler: &mut Stream) -> Option<Emission> {
         match self {
-            Self::Everywhere => scene.emit(numbers).map(|(emission, _)| emission),
-            Self::Specular => scene.emit_at_specular(numbers),
+            Self::Global => scene.emit(sampler).map(|(emission, _)| emission),
+            Self::Caustic => scene.emit_at_specular(sampler),
         }
     }
 
     /// Whether a path is still one that is followed when it arrives.
-    fn follows(self, arrival: &Arrival<'_>) -> bool {
-        match (self, arrival.before.class()) {
-            (Self::Everywhere, _) | (Self::Specular, PathClass::Caustic) => true,
-            (Self::Specular, PathClass::Direct) => arrival.bsdf.has_delta(),
-            (Self::Specular, _) => false,
+    fn follows(self, light_vertex: &LightVertex<'_>) -> bool {
+        match (self, light_vertex.before.class()) {
+            (Self::Global, _) | (Self::Caustic, PathClass::Caustic) => true,
+            (Self::Caustic, PathClass::Direct) => light_vertex.bsdf.has_delta(),
+            (Self::Caustic, _) => false,
         }
     }
 
-    fn keeps(self, arrival: &Arrival<'_>) -> bool {
-        arrival.bsdf.is_smooth() && (self == Self::Everywhere || arrival.before.class() == PathClass::Caustic)
+    fn keeps(self, light_vertex: &LightVertex<'_>) -> bool {
+        light_vertex.bsdf.is_smooth() && (self == Self::Global || light_vertex.before.class() == PathClass::Caustic)
     }
 }
 
 /// What was counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Tally {
+pub struct PhotonStatistics {
     /// Photons.
     pub stored: u64,
     /// The sum of their powers in W.
@@ -74,7 +74,7 @@ pub struct Tally {
     pub bounces: u64,
 }
 
-impl Tally {
+impl PhotonStatistics {
     /// How many surfaces a photon had met before, on average; None without photons.
     #[must_use]
     pub fn mean_bounces(&self) -> Option<f64> {
@@ -84,7 +84,7 @@ impl Tally {
 
 /// Photons with where they arrived.
 #[derive(Debug, Default)]
-pub struct Harvest {
+pub struct EmittedPhotons {
     /// Positions.
     pub positions: Vec<[f32; 3]>,
     /// Photons; each has the power of its path over the number of emitted ones.
@@ -97,15 +97,15 @@ pub struct Harvest {
     pub longest: u32,
 }
 
-impl Harvest {
+impl EmittedPhotons {
     /// The counts of the photons of a class.
     #[must_use]
-    pub fn tally(&self, class: PathClass) -> Tally {
+    pub fn statistics(&self, class: PathClass) -> PhotonStatistics {
         let of_class = self.photons.iter().filter(|photon| photon.class() == class);
-        of_class.fold(Tally::default(), |tally, photon| Tally {
-            stored: tally.stored + 1,
-            power: tally.power + photon.power(),
-            bounces: tally.bounces + u64::from(photon.bounces()),
+        of_class.fold(PhotonStatistics::default(), |statistics, photon| PhotonStatistics {
+            stored: statistics.stored + 1,
+            power: statistics.power + photon.power(),
+            bounces: statistics.bounces + u64::from(photon.bounces()),
         })
     }
 
@@ -127,20 +127,20 @@ impl Harvest {
 
     /// What is strange about it, if it holds no photon.
     #[must_use]
-    pub fn warning(&self, aim: Aim) -> Option<String> {
+    pub fn warning(&self, kind: PhotonMapKind) -> Option<String> {
         let emitted = self.emitted;
         // Without a segment beyond that to the eye there is nothing to keep.
         if self.longest == 0 || !self.photons.is_empty() {
             return None;
         }
-        Some(match aim {
-            Aim::Everywhere if self.power == Rgb::ZERO => format!("none of {emitted} photons carried any light"),
-            Aim::Everywhere => {
+        Some(match kind {
+            PhotonMapKind::Global if self.power == Rgb::ZERO => format!("none of {emitted} photons carried any light"),
+            PhotonMapKind::Global => {
                 format!(
                     "none of {emitted} photons met a surface that could keep it: there is no light in the global map"
                 )
             }
-            Aim::Specular => {
+            PhotonMapKind::Caustic => {
                 format!("none of {emitted} photons was cast on a surface by mirrors or glass: no caustics")
             }
         })
@@ -153,30 +153,46 @@ const BATCH: u64 = 2048;
 /// Emits so many photons and follows them. Each is a function of the address and its number alone, and they are kept in
 /// the order of their numbers.
 #[must_use]
-pub fn harvest(scene: &Scene, aim: Aim, emitted: u64, depths: Depths, address: [u64; 3]) -> Harvest {
-    Harvest::join(batches(scene, aim, emitted, depths, address))
+pub fn trace_photons(
+    scene: &Scene,
+    kind: PhotonMapKind,
+    emitted: u64,
+    limits: PathLimits,
+    address: [u64; 3],
+) -> EmittedPhotons {
+    EmittedPhotons::join(trace_photon_batches(scene, kind, emitted, limits, address))
 }
 
-/// What [`harvest`] gives, in the pieces in which it was made.
+/// What [`emitted`] gives, in the pieces in which it was made.
 #[must_use]
-pub fn batches(scene: &Scene, aim: Aim, emitted: u64, depths: Depths, address: [u64; 3]) -> Vec<Harvest> {
-    let depths = Depths { max: depths.max.min(LONGEST), ..depths };
+pub fn trace_photon_batches(
+    scene: &Scene,
+    kind: PhotonMapKind,
+    emitted: u64,
+    limits: PathLimits,
+    address: [u64; 3],
+) -> Vec<EmittedPhotons> {
+    let limits = PathLimits { max_depth: limits.max_depth.min(MAX_PHOTON_DEPTH), ..limits };
     let share = 1.0 / emitted as f64;
     let batch = |batch: u64| {
-        let numbers = batch * BATCH..emitted.min((batch + 1) * BATCH);
-        let mut found = Harvest { emitted: numbers.end - numbers.start, longest: depths.max, ..Harvest::default() };
-        for index in numbers {
-            let [seed, pass, purpose] = address;
-            let mut numbers = Stream::at(&[seed, pass, purpose, index]);
-            let Some(emission) = aim.emit(scene, &mut numbers) else { continue };
+        let sampler = batch * BATCH..emitted.min((batch + 1) * BATCH);
+        let mut found = EmittedPhotons {
+            emitted: sampler.end - sampler.start,
+            longest: limits.max_depth,
+            ..EmittedPhotons::default()
+        };
+        for index in sampler {
+            let [seed, replicate, purpose] = address;
+            let mut sampler = Stream::at(&[seed, replicate, purpose, index]);
+            let Some(emission) = kind.emit(scene, &mut sampler) else { continue };
             found.power += share * emission.flux;
-            walk(scene, &emission, depths, &mut numbers, |arrival, _| {
-                if !aim.follows(arrival) {
+            walk(scene, &emission, limits, &mut sampler, |light_vertex, _| {
+                if !kind.follows(light_vertex) {
                     return ControlFlow::Break(());
                 }
-                if aim.keeps(arrival) {
-                    found.positions.push(arrival.vertex.surface.p.as_vec3().to_array());
-                    found.photons.push(photon(scene, arrival, share));
+                if kind.keeps(light_vertex) {
+                    found.positions.push(light_vertex.si.surface.p.as_vec3().to_array());
+                    found.photons.push(photon(scene, light_vertex, share));
                 }
                 ControlFlow::Continue(())
             });
@@ -186,8 +202,8 @@ pub fn batches(scene: &Scene, aim: Aim, emitted: u64, depths: Depths, address: [
     (0..emitted.div_ceil(BATCH)).into_par_iter().map(batch).collect()
 }
 
-fn photon(scene: &Scene, arrival: &Arrival<'_>, share: f64) -> Photon {
-    let vertex = &arrival.vertex;
-    let (depth, class) = (arrival.depth, arrival.before.class());
-    Photon::new(share * arrival.flux, vertex.back, vertex.facing(), scene.patch(vertex), depth, class)
+fn photon(scene: &Scene, light_vertex: &LightVertex<'_>, share: f64) -> Photon {
+    let si = &light_vertex.si;
+    let (depth, class) = (light_vertex.depth, light_vertex.before.class());
+    Photon::new(share * light_vertex.flux, si.wi_world, si.facing(), scene.surface_id(si), depth, class)
 }

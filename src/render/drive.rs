@@ -44,7 +44,7 @@ pub enum End {
 /// About so long a slice takes.
 const SLICE: Duration = Duration::from_millis(500);
 /// With fewer samples of each pixel their scatter tells too little.
-const FEWEST: u64 = 16;
+const MIN_COUNT: u64 = 16;
 
 /// Renders what is planned, at least one sample of each pixel if any is. `taken` are the samples in the film, to which those
 /// that are taken are added. `keep` is called with both when it is time to keep them.
@@ -98,12 +98,12 @@ pub fn count(samples: &RangeSet<u32>) -> u64 {
 /// After how many samples the error is looked at: after each sixteenth more. It depends on nothing else, so that the
 /// samples that are taken depend neither on the machine nor on interruptions.
 fn is_looked_at(count: u64) -> bool {
-    count >= FEWEST && count.is_multiple_of(stride(count))
+    count >= MIN_COUNT && count.is_multiple_of(stride(count))
 }
 
 /// How many more samples there are until it is looked at again.
 fn until_looked_at(count: u64) -> u32 {
-    let next = if count < FEWEST { FEWEST } else { count - count % stride(count) + stride(count) };
+    let next = if count < MIN_COUNT { MIN_COUNT } else { count - count % stride(count) + stride(count) };
     u32::try_from(next - count).unwrap_or(u32::MAX)
 }
 
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn errors_are_looked_at_every_sixteenth_at_the_latest_and_wherever_one_begins() {
         let looked: Vec<u64> = (0..5000).filter(|&count| is_looked_at(count)).collect();
-        assert_eq!(looked[0], FEWEST);
+        assert_eq!(looked[0], MIN_COUNT);
         for pair in looked.windows(2) {
             assert!(16 * (pair[1] - pair[0]) <= pair[0], "{pair:?}");
             for count in pair[0]..pair[1] {

@@ -10,12 +10,12 @@ use rayon::prelude::*;
 
 use crate::{
     film::{Film, LayerSpec, Pixels, Splats, splats},
-    integrator::{EyeRay, Integrator, Model as _, Notes, Overrides, Preparation, Round},
+    integrator::{EyeRay, Integrator, IntegratorModel as _, Iteration, Notes, Overrides, Preprocess},
     math::Rgb,
-    node::{Document, SceneError},
-    sampler::{Address, Model as _, Numbers as _},
+    sampler::{Address, SampleStream as _, SamplerModel as _},
     scene::Scene,
-    sensor::Model as _,
+    scene_file::{Document, SceneError},
+    sensor::SensorModel as _,
 };
 
 /// A scene with the integrator that renders it.
@@ -29,7 +29,7 @@ pub struct Renderer {
 
 /// One estimate of the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Pass {
+pub struct Replicate {
     /// The user's seed.
     pub seed: u64,
     /// Which estimate: passes of one seed are independent of one another.
@@ -71,8 +71,9 @@ impl Renderer {
             warnings.push(format!("{what}: the image will be black"));
         }
         // Both follow light from emitters, of which surfaces that glow are none.
-        if self.scene.glows() && (self.integrator.traces_light() || !self.integrator.has_variance()) {
-            let what = "surfaces that glow (the bsdf normals, ambient of phong) are seen, but send out no photons";
+        if self.scene.has_self_emission() && (self.integrator.traces_light() || !self.integrator.has_variance()) {
+            let what =
+                "surfaces that self_emission (the bsdf normals, ambient of phong) are seen, but send out no photons";
             warnings.push(format!("{what}: not all that they light is shown"));
         }
         if self.integrator.traces_light() && !self.scene.has_smooth() {
@@ -99,20 +100,20 @@ impl Renderer {
 
     /// Begins a pass.
     #[must_use]
-    pub fn begin(&self, pass: Pass) -> Rendering<'_> {
-        self.resume(pass, 0, self.film(), Vec::new())
+    pub fn begin(&self, replicate: Replicate) -> Rendering<'_> {
+        self.resume(replicate, 0, self.film(), Vec::new())
     }
 
-    /// Goes on with a pass after so many samples, from what they left: the film, and what [`Rendering::memory`] gave. Shards
+    /// Goes on with a pass after so many samples, from what they left: the film, and what [`Rendering::state`] gave. Shards
     /// of a pass begin at any sample, with an empty film.
     #[must_use]
-    pub fn resume(&self, pass: Pass, next: u32, film: Film, memory: Vec<f64>) -> Rendering<'_> {
+    pub fn resume(&self, replicate: Replicate, next: u32, film: Film, state: Vec<f64>) -> Rendering<'_> {
         let mut integrator = Cow::Borrowed(&self.integrator);
-        if !memory.is_empty() {
-            integrator.to_mut().remember(memory);
+        if !state.is_empty() {
+            integrator.to_mut().restore_state(state);
         }
-        let mut rendering = Rendering { renderer: self, integrator, pass, next, film };
-        if self.integrator.preparation() == Preparation::Pass {
+        let mut rendering = Rendering { renderer: self, integrator, replicate, next, film };
+        if self.integrator.preprocess() == Preprocess::Replicate {
             rendering.prepare(0);
         }
         rendering
@@ -123,9 +124,9 @@ impl Renderer {
     /// # Panics
     /// If a sample is infinite or not a number, which is a bug; the message is its address.
     #[must_use]
-    pub fn render(&self, pass: Pass, progress: &(dyn Fn(u64) + Sync)) -> Film {
-        let mut rendering = self.begin(pass);
-        rendering.advance(pass.samples, progress);
+    pub fn render(&self, replicate: Replicate, progress: &(dyn Fn(u64) + Sync)) -> Film {
+        let mut rendering = self.begin(replicate);
+        rendering.advance(replicate.samples, progress);
         rendering.film
     }
 }
@@ -137,7 +138,7 @@ pub struct Rendering<'r> {
     renderer: &'r Renderer,
     /// As it was prepared last.
     integrator: Cow<'r, Integrator>,
-    pass: Pass,
+    replicate: Replicate,
     /// Which sample of each pixel comes next.
     next: u32,
     film: Film,
@@ -170,8 +171,8 @@ impl Rendering<'_> {
 
     /// What samples still to come depend on besides the pass; empty if on nothing.
     #[must_use]
-    pub fn memory(&self) -> Vec<f64> {
-        self.integrator.memory()
+    pub fn state(&self) -> Vec<f64> {
+        self.integrator.state()
     }
 
     /// Goes on with a later sample, or an earlier one, of an integrator whose samples do not follow from one another.
@@ -179,7 +180,7 @@ impl Rendering<'_> {
     /// # Panics
     /// If they do.
     pub fn go_to(&mut self, sample: u32) {
-        let is_chained = self.integrator.preparation() == Preparation::Chain;
+        let is_chained = self.integrator.preprocess() == Preprocess::Chain;
         assert!(sample == self.next || !is_chained, "sample {sample} follows from those after {}", self.next);
         self.next = sample;
     }
@@ -187,8 +188,8 @@ impl Rendering<'_> {
     /// Renders so many more samples of each pixel, but none beyond the pass. `progress` is told how many samples have been
     /// added, from any thread.
     pub fn advance(&mut self, samples: u32, progress: &(dyn Fn(u64) + Sync)) {
-        let end = self.pass.samples.min(self.next.saturating_add(samples));
-        if !self.integrator.preparation().is_for_each_sample() {
+        let end = self.replicate.samples.min(self.next.saturating_add(samples));
+        if !self.integrator.preprocess().is_for_each_sample() {
             self.add_samples(self.next..end, progress);
             return;
         }
@@ -200,8 +201,8 @@ impl Rendering<'_> {
 
     /// Makes everything ready for a sample of all pixels: photon mappers send out photons.
     fn prepare(&mut self, sample: u32) {
-        let round = Round { seed: self.pass.seed, pass: self.pass.number, sample };
-        if let Some(integrator) = self.integrator.prepared(&self.renderer.scene, &round) {
+        let iteration = Iteration { seed: self.replicate.seed, replicate: self.replicate.number, sample };
+        if let Some(integrator) = self.integrator.prepared(&self.renderer.scene, &iteration) {
             self.integrator = Cow::Owned(integrator);
         }
     }
@@ -272,10 +273,10 @@ impl Rendering<'_> {
     /// # Panics
     /// As [`Renderer::render`] does.
     pub fn sample(&mut self, pixel: (u32, u32), sample: u32, values: &mut [f64], path: &mut splats::Path) -> Rgb {
-        match self.integrator.preparation() {
-            Preparation::None | Preparation::Pass => {}
-            Preparation::Sample => self.prepare(sample),
-            Preparation::Chain => {
+        match self.integrator.preprocess() {
+            Preprocess::None | Preprocess::Replicate => {}
+            Preprocess::Sample => self.prepare(sample),
+            Preprocess::Chain => {
                 self.advance(sample.saturating_sub(self.next), &|_| {});
                 self.prepare(sample);
             }
@@ -285,22 +286,23 @@ impl Rendering<'_> {
 
     #[inline]
     fn one_sample(&self, (x, y): (u32, u32), sample: u32, values: &mut [f64], path: &mut splats::Path) -> Rgb {
-        let (scene, pass) = (&self.renderer.scene, self.pass);
+        let (scene, replicate) = (&self.renderer.scene, self.replicate);
         let sensor = &scene.sensor;
         let crop = sensor.film.rendered();
         // Pixels are numbered on the whole film, so that a crop shows the same samples.
         let pixel = u64::from(crop.y + y) * sensor.film.size().x as u64 + u64::from(crop.x + x);
-        let address = Address { seed: pass.seed, pass: pass.number, pixel, sample, samples: pass.samples };
-        let mut numbers = sensor.sampler.numbers(&address);
-        let position = sensor.film.sample(x, y, numbers.next_2d());
-        let ray = sensor.camera.ray(position, numbers.next_2d());
+        let address =
+            Address { seed: replicate.seed, replicate: replicate.number, pixel, sample, samples: replicate.samples };
+        let mut sampler = sensor.sampler.path_sampler(&address);
+        let position = sensor.film.sample(x, y, sampler.next_2d());
+        let ray = sensor.camera.ray(position, sampler.next_2d());
         values.fill(0.0);
         let (beauty, layers) = values.split_at_mut(3);
         let eye = EyeRay { ray, pixel: y as usize * crop.width as usize + x as usize };
-        let radiance = self.integrator.radiance(scene, &eye, &mut numbers, layers);
+        let radiance = self.integrator.radiance(scene, &eye, &mut sampler, layers);
         assert!(radiance.is_finite(), "the radiance is {radiance} at {address:?}");
         radiance.write_to_slice(beauty);
-        self.integrator.light_path(scene, &mut numbers, path);
+        self.integrator.light_path(scene, &mut sampler, path);
         assert!(path.is_finite(), "a path from a light is not finite at {address:?}");
         radiance
     }

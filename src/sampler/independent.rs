@@ -1,7 +1,7 @@
-use super::{Address, Common, Model, PathNumbers, SAMPLE_COUNT, SEED};
+use super::{Address, Common, PathSampler, SAMPLE_COUNT, SEED, SamplerModel};
 use crate::{
     math::rng::Stream,
-    node::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError},
 };
 
 /// Independent uniform numbers from PCG.
@@ -20,7 +20,7 @@ impl Described for Independent {
     const PLUGIN: Plugin = Plugin {
         category: Category::Sampler,
         name: "independent",
-        summary: "Independent uniform numbers; the only sampler whose per-pixel variances are exact.",
+        summary: "Independent uniform sampler; the only sampler whose per-pixel variances are exact.",
         params: &[SAMPLE_COUNT, SEED],
         examples: &[r#"<sampler type="independent"><integer name="sample_count" value="16"/></sampler>"#],
         evidence: &["sampler/variance", "sampler/dimensions", "reference/diffuse-room"],
@@ -31,7 +31,7 @@ impl Described for Independent {
     }
 }
 
-impl Model for Independent {
+impl SamplerModel for Independent {
     fn sample_count(&self) -> u32 {
         self.common.sample_count
     }
@@ -41,8 +41,8 @@ impl Model for Independent {
     }
 
     #[inline]
-    fn numbers(&self, address: &Address) -> PathNumbers {
-        PathNumbers::Independent(Stream::at(&address.of_sample()))
+    fn path_sampler(&self, address: &Address) -> PathSampler {
+        PathSampler::Independent(Stream::at(&address.of_sample()))
     }
 
     fn is_open_ended(&self) -> bool {

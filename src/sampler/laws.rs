@@ -4,10 +4,10 @@ use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
 use glam::DVec2;
 
-use super::{Address, Model as _, Numbers as _, Sampler};
+use super::{Address, SampleStream as _, Sampler, SamplerModel as _};
 use crate::{
     law::{Effort, Finding, Law},
-    node::{Plugin, xml},
+    scene_file::{Plugin, xml},
     stats::{Chi2, Moments},
 };
 
@@ -16,13 +16,13 @@ pub const LAWS: &[Law] = &[
     Law {
         name: "sampler/variance",
         claim: "Every sampler's mean of 64 samples of a smooth function of the square is unbiased; its variance is at most that of \
-            64 jittered cells, for independent numbers that of independent numbers.",
+            64 jittered cells, for independent sampler that of independent sampler.",
         source: "variances by quadrature over the square and over its 8 by 8 cells; chi-square of the squared errors",
         check: variance,
     },
     Law {
         name: "sampler/dimensions",
-        claim: "The numbers of one path are unrelated: products of coordinates of different dimensions have the mean 1/4, for \
+        claim: "The sampler of one path are unrelated: products of coordinates of different dimensions have the mean 1/4, for \
                 64 samples and for 60, which fill no square.",
         source: "∫ x y dx dy over the unit square",
         check: dimensions,
@@ -66,8 +66,8 @@ fn variance(effort: Effort) -> Vec<Finding> {
         for (what, pixels, passes) in [("pixels", effort.samples(2000), 1), ("passes", 1, effort.samples(2000))] {
             for skipped in [0, 5] {
                 let name = format!("{}, over {what}, dimension {skipped}", plugin.name);
-                let addresses =
-                    (0..pixels).flat_map(|pixel| (0..passes).map(move |pass| (u64::from(pixel), u64::from(pass))));
+                let addresses = (0..pixels)
+                    .flat_map(|pixel| (0..passes).map(move |replicate| (u64::from(pixel), u64::from(replicate))));
                 let means: Vec<f64> = addresses.map(|address| estimate(&sampler, address, skipped)).collect();
                 findings.push(Finding::mean(format!("{name}, mean"), &means.iter().copied().collect(), INTEGRAL));
                 let z: Vec<f64> = means.iter().map(|mean| (mean - INTEGRAL) / bound.sqrt()).collect();
@@ -102,8 +102,8 @@ fn dimensions(effort: Effort) -> Vec<Finding> {
 fn mean_products(sampler: &Sampler, pixel: u64, samples: u32) -> [f64; 7] {
     let mut sums = [0.0; 7];
     for sample in 0..samples {
-        let mut numbers = sampler.numbers(&Address { seed: 71, pass: 0, pixel, sample, samples });
-        let (a, p, q) = (numbers.next_1d(), numbers.next_2d(), numbers.next_2d());
+        let mut sampler = sampler.path_sampler(&Address { seed: 71, replicate: 0, pixel, sample, samples });
+        let (a, p, q) = (sampler.next_1d(), sampler.next_2d(), sampler.next_2d());
         let products = [a * p.x, a * p.y, p.x * p.y, p.x * q.x, p.x * q.y, p.y * q.x, p.y * q.y];
         sums.iter_mut().zip(products).for_each(|(sum, product)| *sum += product / f64::from(samples));
     }
@@ -116,14 +116,14 @@ fn from_example(plugin: &Plugin) -> Sampler {
 }
 
 /// The mean of the integrand over one pass of one pixel, in a later pair of dimensions.
-fn estimate(sampler: &Sampler, (pixel, pass): (u64, u64), skipped: usize) -> f64 {
+fn estimate(sampler: &Sampler, (pixel, replicate): (u64, u64), skipped: usize) -> f64 {
     let sum: f64 = (0..SAMPLES)
         .map(|sample| {
-            let mut numbers = sampler.numbers(&Address { seed: 70, pass, pixel, sample, samples: SAMPLES });
+            let mut sampler = sampler.path_sampler(&Address { seed: 70, replicate, pixel, sample, samples: SAMPLES });
             for _ in 0..skipped {
-                numbers.next_1d();
+                sampler.next_1d();
             }
-            integrand(numbers.next_2d())
+            integrand(sampler.next_2d())
         })
         .sum();
     sum / f64::from(SAMPLES)

@@ -1,9 +1,9 @@
 use glam::DVec2;
 
-use super::{Address, Common, Model, Numbers, PathNumbers, SAMPLE_COUNT, SEED};
+use super::{Address, Common, PathSampler, SAMPLE_COUNT, SEED, SampleStream, SamplerModel};
 use crate::{
     math::rng::{hash, permute},
-    node::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError},
 };
 
 /// Sobol points with Owen scrambling: pairs of dimensions are (0, 2)-nets in base 2, padded with an own scrambling
@@ -33,7 +33,7 @@ impl Described for LowDiscrepancy {
 /// Beyond this index the Sobol points of the library repeat.
 const SEQUENCE: u32 = 1 << 16;
 
-impl Model for LowDiscrepancy {
+impl SamplerModel for LowDiscrepancy {
     fn sample_count(&self) -> u32 {
         self.common.sample_count
     }
@@ -42,11 +42,11 @@ impl Model for LowDiscrepancy {
         self.common.seed
     }
 
-    fn numbers(&self, address: &Address) -> PathNumbers {
+    fn path_sampler(&self, address: &Address) -> PathSampler {
         // Each stretch of 65,536 samples is a net of its own.
         let stretch = u64::from(address.sample / SEQUENCE);
         let length = address.samples.min(SEQUENCE);
-        PathNumbers::LowDiscrepancy(Sobol {
+        PathSampler::LowDiscrepancy(Sobol {
             pixel: hash(&[hash(&address.of_pixel()), stretch]),
             sample: address.sample % SEQUENCE,
             length,
@@ -73,7 +73,7 @@ impl Sobol {
     }
 }
 
-impl Numbers for Sobol {
+impl SampleStream for Sobol {
     fn next_1d(&mut self) -> f64 {
         let (index, scramble) = self.next();
         f64::from(sobol_burley::sample(index, 0, (scramble >> 32) as u32))

@@ -16,7 +16,10 @@ use glam::DVec2;
 
 use crate::{
     math::rng::Stream,
-    node::{Category, Described as _, Document, Kind, ObjectId, Param, Place, Property, Range, Value, catalogue},
+    scene_file::{
+        Category, Described as _, Document, ObjectId, Param, ParamKind, Property, Range, SourceLocation, Value,
+        catalogue,
+    },
 };
 
 /// Which sample of which pixel a stream is for.
@@ -25,7 +28,7 @@ pub struct Address {
     /// The user's seed.
     pub seed: u64,
     /// Which estimate of the image.
-    pub pass: u64,
+    pub replicate: u64,
     /// The pixel's number on the whole film, row by row.
     pub pixel: u64,
     /// Which sample of this pixel in this pass.
@@ -37,23 +40,23 @@ pub struct Address {
 impl Address {
     #[inline]
     fn of_sample(&self) -> [u64; 4] {
-        [self.seed, self.pass, self.pixel, u64::from(self.sample)]
+        [self.seed, self.replicate, self.pixel, u64::from(self.sample)]
     }
 
     fn of_pixel(&self) -> [u64; 3] {
-        [self.seed, self.pass, self.pixel]
+        [self.seed, self.replicate, self.pixel]
     }
 }
 
 /// A source of numbers for one path.
-pub trait Numbers {
+pub trait SampleStream {
     /// The next number of [0, 1).
     fn next_1d(&mut self) -> f64;
     /// The next point of the unit square.
     fn next_2d(&mut self) -> DVec2;
 }
 
-impl Numbers for Stream {
+impl SampleStream for Stream {
     #[inline]
     fn next_1d(&mut self) -> f64 {
         Stream::next_1d(self)
@@ -78,20 +81,23 @@ catalogue! { ($)
 }
 
 /// The samples per pixel that a scene asks for.
-const SAMPLE_COUNT: Param =
-    Param::new("sample_count", Kind::Integer, "4", "samples a pixel").within(Range { min: 1.0, max: 1e9, open: false });
+const SAMPLE_COUNT: Param = Param::new("sample_count", ParamKind::Integer, "4", "samples a pixel").within(Range {
+    min: 1.0,
+    max: 1e9,
+    open: false,
+});
 /// Read as in Mitsuba; `--seed` goes before it.
-const SEED: Param =
-    Param::new("seed", Kind::Integer, "0", "the seed, unless the command line gives one").within(Range::NON_NEGATIVE);
+const SEED: Param = Param::new("seed", ParamKind::Integer, "0", "the seed, unless the command line gives one")
+    .within(Range::NON_NEGATIVE);
 
 /// What every sampler answers.
-pub trait Model {
+pub trait SamplerModel {
     /// The samples per pixel that the scene asks for.
     fn sample_count(&self) -> u32;
     /// The seed that the scene asks for.
     fn seed(&self) -> u64;
     /// The numbers of a path.
-    fn numbers(&self, address: &Address) -> PathNumbers;
+    fn path_sampler(&self, address: &Address) -> PathSampler;
     /// Whether a sample has the same numbers however many there are, so that more can be added to those that are there.
     fn is_open_ended(&self) -> bool {
         false
@@ -100,7 +106,7 @@ pub trait Model {
 
 /// The numbers of one path, of whichever sampler.
 #[derive(Clone, Debug)]
-pub enum PathNumbers {
+pub enum PathSampler {
     /// Of [`Independent`].
     Independent(Stream),
     /// Of [`Stratified`].
@@ -109,27 +115,27 @@ pub enum PathNumbers {
     LowDiscrepancy(low_discrepancy::Sobol),
 }
 
-impl Numbers for PathNumbers {
+impl SampleStream for PathSampler {
     #[inline(always)]
     fn next_1d(&mut self) -> f64 {
         match self {
-            Self::Independent(numbers) => numbers.next_1d(),
-            Self::Stratified(numbers) => numbers.next_1d(),
-            Self::LowDiscrepancy(numbers) => numbers.next_1d(),
+            Self::Independent(sampler) => sampler.next_1d(),
+            Self::Stratified(sampler) => sampler.next_1d(),
+            Self::LowDiscrepancy(sampler) => sampler.next_1d(),
         }
     }
 
     #[inline(always)]
     fn next_2d(&mut self) -> DVec2 {
         match self {
-            Self::Independent(numbers) => numbers.next_2d(),
-            Self::Stratified(numbers) => numbers.next_2d(),
-            Self::LowDiscrepancy(numbers) => numbers.next_2d(),
+            Self::Independent(sampler) => sampler.next_2d(),
+            Self::Stratified(sampler) => sampler.next_2d(),
+            Self::LowDiscrepancy(sampler) => sampler.next_2d(),
         }
     }
 }
 
-impl Model for Sampler {
+impl SamplerModel for Sampler {
     fn sample_count(&self) -> u32 {
         each_sampler!(self, sampler => sampler.sample_count())
     }
@@ -139,8 +145,8 @@ impl Model for Sampler {
     }
 
     #[inline]
-    fn numbers(&self, address: &Address) -> PathNumbers {
-        each_sampler!(self, sampler => sampler.numbers(address))
+    fn path_sampler(&self, address: &Address) -> PathSampler {
+        each_sampler!(self, sampler => sampler.path_sampler(address))
     }
 
     fn is_open_ended(&self) -> bool {
@@ -157,7 +163,8 @@ impl Sampler {
             let id = document.add_stand_in(own, Category::Sampler, name, Self::PLUGINS, &option);
             let properties = &mut document.objects[sensor.0].properties;
             properties.retain(|property| own.is_none_or(|own| property.value != Value::Object(own)));
-            let property = Property { name: option.clone(), value: Value::Object(id), place: Place::argument(&option) };
+            let property =
+                Property { name: option.clone(), value: Value::Object(id), place: SourceLocation::argument(&option) };
             properties.push(property);
         }
     }
@@ -192,7 +199,7 @@ pub struct Common {
 }
 
 impl Common {
-    fn read(params: &crate::node::Params<'_>) -> Result<Self, crate::node::SceneError> {
+    fn read(params: &crate::scene_file::Params<'_>) -> Result<Self, crate::scene_file::SceneError> {
         let sample_count = params.integer(SAMPLE_COUNT.name)?.unsigned_abs() as u32;
         Ok(Self { sample_count, seed: params.integer(SEED.name)?.unsigned_abs() })
     }
@@ -210,11 +217,11 @@ mod tests {
 
     fn draws(sampler: &Sampler, pixel: u64, samples: u32, dimension: usize) -> Vec<DVec2> {
         let path = |sample| {
-            let mut numbers = sampler.numbers(&Address { seed: 3, pass: 0, pixel, sample, samples });
+            let mut sampler = sampler.path_sampler(&Address { seed: 3, replicate: 0, pixel, sample, samples });
             for _ in 0..dimension {
-                numbers.next_2d();
+                sampler.next_2d();
             }
-            numbers.next_2d()
+            sampler.next_2d()
         };
         (0..samples).map(path).collect()
     }

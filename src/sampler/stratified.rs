@@ -1,9 +1,9 @@
 use glam::DVec2;
 
-use super::{Address, Common, Model, Numbers, PathNumbers, SAMPLE_COUNT, SEED};
+use super::{Address, Common, PathSampler, SAMPLE_COUNT, SEED, SampleStream, SamplerModel};
 use crate::{
     math::rng::{Stream, hash, permute},
-    node::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError},
 };
 
 /// One number in each of as many strata as there are samples, jittered, in an order that differs for every pixel and
@@ -29,7 +29,7 @@ impl Described for Stratified {
     }
 }
 
-impl Model for Stratified {
+impl SamplerModel for Stratified {
     fn sample_count(&self) -> u32 {
         self.common.sample_count
     }
@@ -38,9 +38,9 @@ impl Model for Stratified {
         self.common.seed
     }
 
-    fn numbers(&self, address: &Address) -> PathNumbers {
+    fn path_sampler(&self, address: &Address) -> PathSampler {
         let columns = f64::from(address.samples).sqrt().ceil() as u32;
-        PathNumbers::Stratified(Strata {
+        PathSampler::Stratified(Strata {
             jitter: Stream::at(&address.of_sample()),
             order: hash(&address.of_pixel()),
             sample: address.sample,
@@ -72,7 +72,7 @@ impl Strata {
     }
 }
 
-impl Numbers for Strata {
+impl SampleStream for Strata {
     fn next_1d(&mut self) -> f64 {
         let stratum = self.stratum(self.samples);
         below_one((f64::from(stratum) + self.jitter.next_1d()) / f64::from(self.samples))

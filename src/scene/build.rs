@@ -4,12 +4,14 @@ use std::collections::{HashMap, HashSet};
 
 use super::{Light, Part, Scene};
 use crate::{
-    bsdf::{Bsdf, Diffuse, Model as _},
-    emitter::{Ball, Emitter, Model as _},
+    bsdf::{Bsdf, BsdfModel as _, Diffuse},
+    emitter::{BoundingSphere, Emitter, EmitterModel as _},
     math::{Aabb, Rgb},
-    node::{Category, Document, FARTHEST, Kind, ObjectId, Param, Params, Place, Plugin, SceneError},
+    scene_file::{
+        Category, Document, FARTHEST, ObjectId, Param, ParamKind, Params, Plugin, SceneError, SourceLocation,
+    },
     sensor::Sensor,
-    shape::{Model as _, Shape, Shapes},
+    shape::{Shape, ShapeModel as _, Shapes},
 };
 
 /// What a scene element itself takes: hints for acceleration structures that are not ours.
@@ -18,16 +20,21 @@ pub(crate) const SCENE: Plugin = Plugin {
     name: "",
     summary: "The outermost element.",
     params: &[
-        Param::new("embree_use_robust_intersections", Kind::Boolean, "false", "read; intersections are always robust"),
-        Param::new("kd_intersection_cost", Kind::Float, "20", "read; makes no difference"),
-        Param::new("kd_traversal_cost", Kind::Float, "15", "read; makes no difference"),
-        Param::new("kd_empty_space_bonus", Kind::Float, "0.9", "read; makes no difference"),
-        Param::new("kd_max_depth", Kind::Integer, "0", "read; makes no difference"),
-        Param::new("kd_min_max_bins", Kind::Integer, "128", "read; makes no difference"),
-        Param::new("kd_stop_prims", Kind::Integer, "3", "read; makes no difference"),
-        Param::new("kd_clip", Kind::Boolean, "true", "read; makes no difference"),
-        Param::new("kd_retract_bad_splits", Kind::Boolean, "true", "read; makes no difference"),
-        Param::new("kd_exact_primitive_threshold", Kind::Integer, "65536", "read; makes no difference"),
+        Param::new(
+            "embree_use_robust_intersections",
+            ParamKind::Boolean,
+            "false",
+            "read; intersections are always robust",
+        ),
+        Param::new("kd_intersection_cost", ParamKind::Float, "20", "read; makes no difference"),
+        Param::new("kd_traversal_cost", ParamKind::Float, "15", "read; makes no difference"),
+        Param::new("kd_empty_space_bonus", ParamKind::Float, "0.9", "read; makes no difference"),
+        Param::new("kd_max_depth", ParamKind::Integer, "0", "read; makes no difference"),
+        Param::new("kd_min_max_bins", ParamKind::Integer, "128", "read; makes no difference"),
+        Param::new("kd_stop_prims", ParamKind::Integer, "3", "read; makes no difference"),
+        Param::new("kd_clip", ParamKind::Boolean, "true", "read; makes no difference"),
+        Param::new("kd_retract_bad_splits", ParamKind::Boolean, "true", "read; makes no difference"),
+        Param::new("kd_exact_primitive_threshold", ParamKind::Integer, "65536", "read; makes no difference"),
     ],
     examples: &[],
     evidence: &[],
@@ -61,8 +68,8 @@ impl Scene {
 fn check_hints(params: &Params<'_>) -> Result<(), SceneError> {
     for Param { name, kind, .. } in SCENE.params {
         match kind {
-            Kind::Boolean => params.boolean(name).map(drop)?,
-            Kind::Integer => params.integer(name).map(drop)?,
+            ParamKind::Boolean => params.boolean(name).map(drop)?,
+            ParamKind::Integer => params.integer(name).map(drop)?,
             _ => params.float(name).map(drop)?,
         }
     }
@@ -70,7 +77,7 @@ fn check_hints(params: &Params<'_>) -> Result<(), SceneError> {
 }
 
 /// Makes sure that a shape, as far as it is finite, lies where arithmetic is good.
-fn check_reach(shape: &Shape, place: &Place) -> Result<(), SceneError> {
+fn check_reach(shape: &Shape, place: &SourceLocation) -> Result<(), SceneError> {
     let bounds = shape.bounds();
     let is_too_far = |x: f64| x.is_finite() && x.abs() > FARTHEST;
     let coordinates = [bounds.min, bounds.max].map(|corner| corner.to_array());
@@ -82,7 +89,11 @@ fn check_reach(shape: &Shape, place: &Place) -> Result<(), SceneError> {
 }
 
 /// Makes sure that glass has an inside.
-fn check_closed<'b>(shape: &Shape, mut bsdfs: impl Iterator<Item = &'b Bsdf>, place: &Place) -> Result<(), SceneError> {
+fn check_closed<'b>(
+    shape: &Shape,
+    mut bsdfs: impl Iterator<Item = &'b Bsdf>,
+    place: &SourceLocation,
+) -> Result<(), SceneError> {
     if !bsdfs.any(Bsdf::is_interface) {
         return Ok(());
     }
@@ -103,9 +114,9 @@ struct Builder<'d> {
     lights: Vec<Light>,
     /// The elements that have become lights.
     emitters: HashSet<ObjectId>,
-    sky: Option<usize>,
+    environment: Option<usize>,
     warnings: Vec<String>,
-    faults: Vec<crate::node::Diagnostic>,
+    faults: Vec<crate::scene_file::Diagnostic>,
 }
 
 impl<'d> Builder<'d> {
@@ -119,7 +130,7 @@ impl<'d> Builder<'d> {
             known_bsdfs: HashMap::new(),
             lights: Vec::new(),
             emitters: HashSet::new(),
-            sky: None,
+            environment: None,
             warnings: Vec::new(),
             faults: Vec::new(),
         }
@@ -190,11 +201,11 @@ impl<'d> Builder<'d> {
         check_closed(&shape, self.materials[first_material..].iter().map(|&bsdf| &self.bsdfs[bsdf]), place)?;
         params.finish()?;
         let part = self.parts.len();
-        let cannot_shine = shape.cannot_shine();
+        let not_an_emitter_because = shape.not_an_emitter_because();
         self.shapes.push(shape);
         self.parts.push(Part { first_material, light: None });
         if let Some(emitter) = emitter {
-            if let Some(hint) = cannot_shine {
+            if let Some(hint) = not_an_emitter_because {
                 let what = format!("a shape \"{}\" cannot be an area light", params.plugin().name);
                 return Err(SceneError::at(&self.document.object(emitter).place, what).hint(hint));
             }
@@ -211,7 +222,8 @@ impl<'d> Builder<'d> {
             // Lights without a material are black, other shapes grey, as in Mitsuba.
             None => self.push_bsdf(Diffuse::new(if is_light { Rgb::ZERO } else { Rgb::splat(0.5) })),
         };
-        let materials = shape.materials().iter().map(|leaf| leaf.map_or(Ok(usual), |id| self.bsdf(id)));
+        let materials =
+            shape.materials().iter().map(|operand_index| operand_index.map_or(Ok(usual), |id| self.bsdf(id)));
         let materials = materials.collect::<Result<Vec<_>, _>>()?;
         let first = self.materials.len();
         self.materials.extend(materials);
@@ -247,7 +259,7 @@ impl<'d> Builder<'d> {
             };
             return Err(SceneError::at(place, what).hint(hint));
         }
-        if emitter.is_sky() && self.sky.replace(self.lights.len()).is_some() {
+        if emitter.is_environment() && self.environment.replace(self.lights.len()).is_some() {
             return Err(SceneError::at(place, "a second emitter surrounds the scene").hint("only one can"));
         }
         self.lights.push(Light { emitter, part });
@@ -256,32 +268,32 @@ impl<'d> Builder<'d> {
 
     fn finish(self, sensor: Sensor) -> Result<Scene, SceneError> {
         let shapes = Shapes::new(self.shapes);
-        let ball = |bounds: Aabb| {
+        let sphere = |bounds: Aabb| {
             let (centre, radius) = bounds.bounding_sphere();
-            Ball { centre, radius }
+            BoundingSphere { centre, radius }
         };
-        let surroundings = ball(shapes.finite_bounds());
+        let scene_bounds = sphere(shapes.finite_bounds());
         let end = |part: usize| self.parts.get(part + 1).map_or(self.materials.len(), |next| next.first_material);
         let is_specular = |part: &usize| {
             let own = &self.materials[self.parts[*part].first_material..end(*part)];
             own.iter().any(|&material| self.bsdfs[material].has_delta())
         };
-        let specular = (0..self.parts.len()).filter(is_specular).map(|part| ball(shapes[part].bounds()));
-        let specular: Vec<Ball> = specular.collect();
-        let is_bounded = specular.iter().all(|ball| ball.radius.is_finite());
+        let specular = (0..self.parts.len()).filter(is_specular).map(|part| sphere(shapes[part].bounds()));
+        let specular: Vec<BoundingSphere> = specular.collect();
+        let is_bounded = specular.iter().all(|sphere| sphere.radius.is_finite());
         let scene = Scene {
             sensor,
             shapes,
             parts: self.parts,
             materials: self.materials,
             absorbs: self.bsdfs.iter().any(|bsdf| bsdf.absorption() != Rgb::ZERO),
-            glows: self.bsdfs.iter().any(Bsdf::glows),
+            has_self_emission: self.bsdfs.iter().any(Bsdf::has_self_emission),
             bsdfs: self.bsdfs,
             lights: self.lights,
-            sky: self.sky,
+            environment: self.environment,
             power_up_to: Vec::new(),
             power: 0.0,
-            surroundings,
+            scene_bounds,
             specular: is_bounded.then_some(specular),
             warnings: self.warnings,
         };

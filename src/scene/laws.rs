@@ -6,10 +6,10 @@ use glam::DVec3;
 
 use super::Scene;
 use crate::{
-    emitter::{Ball, Emission},
+    emitter::{BoundingSphere, Emission},
     law::{Effort, Finding, Law},
     math::{Rgb, rng::Stream},
-    node::xml,
+    scene_file::xml,
     stats::Moments,
 };
 
@@ -23,7 +23,7 @@ pub const LAWS: &[Law] = &[
     },
     Law {
         name: "scene/aim",
-        claim: "Light that is aimed at balls around mirrors and glass, which overlap, is all the light that goes through any of them.",
+        claim: "Light that is aimed at spheres around mirrors and glass, which overlap, is all the light that goes through any of them.",
         source: "importance sampling leaves means as they are",
         check: aim,
     },
@@ -50,23 +50,23 @@ const LIGHTS: [(&str, &str); 5] = [
     ("sky", r#"<emitter type="constant"><rgb name="radiance" value="0.4, 0.5, 0.7"/></emitter>"#),
 ];
 
-const BALLS: [Ball; 3] = [
-    Ball { centre: DVec3::ZERO, radius: 0.5 },
-    Ball { centre: DVec3::new(0.4, 0.1, 0.2), radius: 0.4 },
-    Ball { centre: DVec3::new(-0.8, -0.6, 0.5), radius: 0.3 },
+const BALLS: [BoundingSphere; 3] = [
+    BoundingSphere { centre: DVec3::ZERO, radius: 0.5 },
+    BoundingSphere { centre: DVec3::new(0.4, 0.1, 0.2), radius: 0.4 },
+    BoundingSphere { centre: DVec3::new(-0.8, -0.6, 0.5), radius: 0.3 },
 ];
 
 fn scene(lights: &[&str]) -> Scene {
-    let glass = |ball: &Ball| {
-        let DVec3 { x, y, z } = ball.centre;
+    let glass = |sphere: &BoundingSphere| {
+        let DVec3 { x, y, z } = sphere.centre;
         format!(
             r#"<shape type="sphere"><point name="center" x="{x}" y="{y}" z="{z}"/><float name="radius" value="{}"/>
                <bsdf type="dielectric"/></shape>"#,
-            ball.radius
+            sphere.radius
         )
     };
-    let balls = BALLS.iter().map(glass).collect::<String>();
-    let text = format!(r#"<scene version="3.0.0"><sensor type="perspective"/>{balls}{}</scene>"#, lights.concat());
+    let spheres = BALLS.iter().map(glass).collect::<String>();
+    let text = format!(r#"<scene version="3.0.0"><sensor type="perspective"/>{spheres}{}</scene>"#, lights.concat());
     let document = xml::parse(&text, "law", Path::new(""), &[]).expect("the scene is valid XML");
     Scene::build(&document).expect("the scene is valid")
 }
@@ -92,9 +92,9 @@ fn emission(effort: Effort) -> Vec<Finding> {
 /// Which of the balls light goes through.
 fn crossed(emission: &Emission) -> [bool; 3] {
     let ray = &emission.ray;
-    BALLS.map(|ball| {
-        let ahead = (ball.centre - ray.origin).dot(ray.direction).max(0.0);
-        (ray.at(ahead) - ball.centre).length() < ball.radius
+    BALLS.map(|sphere| {
+        let ahead = (sphere.centre - ray.origin).dot(ray.direction).max(0.0);
+        (ray.at(ahead) - sphere.centre).length() < sphere.radius
     })
 }
 
@@ -102,7 +102,7 @@ fn crossed(emission: &Emission) -> [bool; 3] {
 type Way = (&'static str, fn([bool; 3]) -> bool);
 
 const WAYS: [Way; 4] = [
-    ("any ball", |through| through.contains(&true)),
+    ("any sphere", |through| through.contains(&true)),
     ("both of two", |through| through[0] && through[1]),
     ("the second alone", |through| through == [false, true, false]),
     ("the third", |through| through[2]),

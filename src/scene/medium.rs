@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::{Scene, Vertex};
+use super::{Scene, SurfaceInteraction};
 use crate::{
-    bsdf::Model as _,
+    bsdf::BsdfModel as _,
     math::{Ray, Rgb},
 };
 
@@ -19,23 +19,28 @@ impl Scene {
     /// The share of light that is left along a ray from its origin to what it meets, or to its own end. `from` is the
     /// vertex that it leaves, if it leaves one. Without an end, nothing is left where the medium absorbs.
     #[must_use]
-    pub fn transmittance(&self, from: Option<&Vertex>, ray: &Ray, to: Option<&Vertex>) -> Rgb {
+    pub fn transmittance(&self, from: Option<&SurfaceInteraction>, ray: &Ray, to: Option<&SurfaceInteraction>) -> Rgb {
         let distance = to.map_or(ray.t_max, |to| to.t) * ray.direction.length();
         attenuation(self.absorption(from, ray.direction, to), distance)
     }
 
     /// The same from a vertex on the ray.
-    pub(super) fn transmittance_beyond(&self, from: &Vertex, ray: &Ray, to: Option<&Vertex>) -> Rgb {
+    pub(super) fn transmittance_beyond(
+        &self,
+        from: &SurfaceInteraction,
+        ray: &Ray,
+        to: Option<&SurfaceInteraction>,
+    ) -> Rgb {
         let distance = (to.map_or(ray.t_max, |to| to.t) - from.t) * ray.direction.length();
         attenuation(self.absorption(Some(from), ray.direction, to), distance)
     }
 
     /// The absorption coefficient between neighbouring vertices: of the medium inside the interface where the way
     /// starts, or else of the one where it ends.
-    fn absorption(&self, from: Option<&Vertex>, direction: DVec3, to: Option<&Vertex>) -> Rgb {
+    fn absorption(&self, from: Option<&SurfaceInteraction>, direction: DVec3, to: Option<&SurfaceInteraction>) -> Rgb {
         let starts = from.filter(|from| direction.dot(from.surface.n) < 0.0);
         let ends = to.filter(|to| direction.dot(to.surface.n) > 0.0);
-        let mut interfaces = [starts, ends].into_iter().flatten().map(|vertex| self.bsdf(vertex));
+        let mut interfaces = [starts, ends].into_iter().flatten().map(|si| self.bsdf(si));
         interfaces.find(|bsdf| bsdf.is_interface()).map_or(Rgb::ZERO, |bsdf| bsdf.absorption())
     }
 }
@@ -53,7 +58,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::node::xml;
+    use crate::scene_file::xml;
 
     /// A ball of radius 2 that absorbs, with a hollow of radius 1, and a grey ball beside it.
     const HOLLOW: &str = r#"<scene version="3.0.0"><sensor type="perspective"><film type="hdrfilm"/></sensor>
@@ -85,11 +90,11 @@ mod tests {
     fn a_way_without_end_leaves_nothing_but_what_is_not_absorbed() {
         let scene = scene(HOLLOW);
         let ray = Ray::new(DVec3::new(0.0, 0.0, -7.0), DVec3::Z);
-        let vertex = scene.intersect(&ray).expect("the ray meets the ball");
-        let inwards = Ray::leaving(vertex.surface.p, DVec3::Z);
-        assert_eq!(scene.transmittance(Some(&vertex), &inwards, None), Rgb::new(0.0, 1.0, 0.0));
-        let outwards = Ray::leaving(vertex.surface.p, -DVec3::Z);
-        assert_eq!(scene.transmittance(Some(&vertex), &outwards, None), Rgb::ONE);
+        let si = scene.intersect(&ray).expect("the ray meets the ball");
+        let inwards = Ray::leaving(si.surface.p, DVec3::Z);
+        assert_eq!(scene.transmittance(Some(&si), &inwards, None), Rgb::new(0.0, 1.0, 0.0));
+        let outwards = Ray::leaving(si.surface.p, -DVec3::Z);
+        assert_eq!(scene.transmittance(Some(&si), &outwards, None), Rgb::ONE);
         assert_eq!(scene.transmittance(None, &ray, None), Rgb::ONE);
     }
 
@@ -107,9 +112,9 @@ mod tests {
             loop {
                 let to = scene.intersect(&ray);
                 found *= scene.transmittance(from.as_ref(), &ray, to.as_ref());
-                let Some(vertex) = to else { break };
-                ray = Ray::leaving(vertex.surface.p, ray.direction);
-                from = Some(vertex);
+                let Some(si) = to else { break };
+                ray = Ray::leaving(si.surface.p, ray.direction);
+                from = Some(si);
             }
             let expected = Rgb::new((-0.3 * distance).exp(), 1.0, (-1.1 * distance).exp());
             prop_assert!((found - expected).abs().max_element() < 1e-9, "{found} is not {expected}");

@@ -7,12 +7,12 @@ mod medium;
 use glam::{DVec2, DVec3};
 
 use crate::{
-    bsdf::{Bsdf, Model as _, Query, Transport},
-    emitter::{Ball, Beam, Emission, Emitter, Incident, Model as _},
+    bsdf::{Bsdf, BsdfModel as _, Query, TransportMode},
+    emitter::{BoundingSphere, Emission, EmissionTarget, Emitter, EmitterModel as _, EmitterSample},
     math::{PerSolidAngle, Ray, Rgb, luminance, rng::hash},
-    sampler::Numbers,
-    sensor::{Model as _, Sensor},
-    shape::{Model as _, Shape, Shapes, Surface},
+    sampler::SampleStream,
+    sensor::{Sensor, SensorModel as _},
+    shape::{Shape, ShapeModel as _, Shapes, Surface},
 };
 
 /// Everything that light meets, and the sensor that looks at it.
@@ -28,16 +28,16 @@ pub struct Scene {
     bsdfs: Vec<Bsdf>,
     lights: Vec<Light>,
     /// Which light is the sky.
-    sky: Option<usize>,
+    environment: Option<usize>,
     /// Which part of all emitted power comes from the lights up to each, the last being 1; empty if there is none.
     power_up_to: Vec<f64>,
     power: f64,
     /// Around everything of finite size.
-    surroundings: Ball,
+    scene_bounds: BoundingSphere,
     /// Around each shape that scatters into single directions; None if one of them has no end.
-    specular: Option<Vec<Ball>>,
+    specular: Option<Vec<BoundingSphere>>,
     /// Whether any material shows radiance by itself.
-    glows: bool,
+    has_self_emission: bool,
     /// Whether any medium absorbs light.
     absorbs: bool,
     warnings: Vec<String>,
@@ -61,24 +61,24 @@ struct Light {
 
 /// A point of the scene that a ray met.
 #[derive(Clone, Copy, Debug)]
-pub struct Vertex {
+pub struct SurfaceInteraction {
     /// The ray's parameter.
     pub t: f64,
     /// The point of the surface.
     pub surface: Surface,
     /// The unit direction back along the ray.
-    pub back: DVec3,
+    pub wi_world: DVec3,
     /// The number of the shape, in document order.
-    pub part: usize,
+    pub shape_index: usize,
 }
 
-impl Vertex {
+impl SurfaceInteraction {
     /// The unit normal of the true surface, on the side that the ray came from.
     #[inline]
     #[must_use]
     pub fn facing(&self) -> DVec3 {
         let n = self.surface.n;
-        if n.dot(self.back) < 0.0 { -n } else { n }
+        if n.dot(self.wi_world) < 0.0 { -n } else { n }
     }
 }
 
@@ -86,10 +86,10 @@ impl Scene {
     /// The first point that a ray meets.
     #[inline]
     #[must_use]
-    pub fn intersect(&self, ray: &Ray) -> Option<Vertex> {
+    pub fn intersect(&self, ray: &Ray) -> Option<SurfaceInteraction> {
         let (part, hit) = self.shapes.intersect(ray)?;
         let surface = self.shapes[part].surface(ray, &hit);
-        Some(Vertex { t: hit.t, surface, back: -ray.direction.normalize(), part })
+        Some(SurfaceInteraction { t: hit.t, surface, wi_world: -ray.direction.normalize(), shape_index: part })
     }
 
     /// Whether anything stands in the way of a ray.
@@ -101,47 +101,47 @@ impl Scene {
 
     /// Whether a vertex that the sensor sees lies on an edge of a mesh, as seen in lines one pixel wide.
     #[must_use]
-    pub fn is_on_edge(&self, vertex: &Vertex) -> bool {
-        let distance = self.shapes[vertex.part].edge_distance(&vertex.surface);
-        distance.is_some_and(|distance| distance <= 0.5 * self.sensor.camera.footprint(vertex.surface.p))
+    pub fn is_on_edge(&self, si: &SurfaceInteraction) -> bool {
+        let distance = self.shapes[si.shape_index].edge_distance(&si.surface);
+        distance.is_some_and(|distance| distance <= 0.5 * self.sensor.camera.footprint(si.surface.p))
     }
 
     /// What gets through to the end of a ray from a vertex past surfaces that are transparent, without being bent, and
     /// whether there is any such surface.
     #[inline(never)]
     #[must_use]
-    pub fn straight_transmittance(&self, from: &Vertex, ray: &Ray) -> (Rgb, bool) {
+    pub fn straight_transmittance(&self, from: &SurfaceInteraction, ray: &Ray) -> (Rgb, bool) {
         let mut rest = *ray;
-        let mut last = Vertex { t: 0.0, ..*from };
+        let mut last = SurfaceInteraction { t: 0.0, ..*from };
         let mut share = Rgb::ONE;
         let mut is_crossed = false;
-        while let Some(vertex) = self.intersect(&rest) {
-            let wi = vertex.surface.shading.to_local(vertex.back);
-            let query = Query { wi, uv: vertex.surface.uv, transport: Transport::Radiance };
-            let Some(transmittance) = self.bsdf(&vertex).straight_transmittance(&query) else {
+        while let Some(si) = self.intersect(&rest) {
+            let wi = si.surface.shading.to_local(si.wi_world);
+            let query = Query { wi, uv: si.surface.uv, mode: TransportMode::Radiance };
+            let Some(transmittance) = self.bsdf(&si).straight_transmittance(&query) else {
                 return (Rgb::ZERO, is_crossed);
             };
-            share *= transmittance * self.transmittance_beyond(&last, ray, Some(&vertex));
+            share *= transmittance * self.transmittance_beyond(&last, ray, Some(&si));
             is_crossed = true;
-            rest.t_min = vertex.t + Ray::leaving_distance(vertex.surface.p) / ray.direction.length();
-            last = vertex;
+            rest.t_min = si.t + Ray::leaving_distance(si.surface.p) / ray.direction.length();
+            last = si;
         }
         (share * self.transmittance_beyond(&last, ray, None), is_crossed)
     }
 
     /// The material at a vertex.
     #[must_use]
-    pub fn bsdf(&self, vertex: &Vertex) -> &Bsdf {
-        let leaf = self.parts[vertex.part].first_material + vertex.surface.leaf as usize;
-        &self.bsdfs[self.materials[leaf]]
+    pub fn bsdf(&self, si: &SurfaceInteraction) -> &Bsdf {
+        let operand_index = self.parts[si.shape_index].first_material + si.surface.operand_index as usize;
+        &self.bsdfs[self.materials[operand_index]]
     }
 
     /// The radiance that a vertex emits back along the ray that met it.
     #[inline]
     #[must_use]
-    pub fn emitted(&self, vertex: &Vertex) -> Rgb {
-        match self.parts[vertex.part].light {
-            Some(light) => self.lights[light].emitter.surface_radiance(&vertex.surface, vertex.back),
+    pub fn emitted(&self, si: &SurfaceInteraction) -> Rgb {
+        match self.parts[si.shape_index].light {
+            Some(light) => self.lights[light].emitter.surface_radiance(&si.surface, si.wi_world),
             None => Rgb::ZERO,
         }
     }
@@ -149,34 +149,35 @@ impl Scene {
     /// Whether any material shows radiance by itself.
     #[inline]
     #[must_use]
-    pub fn glows(&self) -> bool {
-        self.glows
+    pub fn has_self_emission(&self) -> bool {
+        self.has_self_emission
     }
 
     /// The radiance that the material at a vertex shows by itself.
     #[must_use]
-    pub fn glow(&self, vertex: &Vertex) -> Rgb {
-        let is_front = vertex.surface.shading.n.dot(vertex.back) > 0.0;
-        self.bsdf(vertex).glow(&vertex.surface, is_front)
+    pub fn self_emission(&self, si: &SurfaceInteraction) -> Rgb {
+        let is_front = si.surface.shading.n.dot(si.wi_world) > 0.0;
+        self.bsdf(si).self_emission(&si.surface, is_front)
     }
 
     /// Whether a vertex lies on a light.
     #[must_use]
-    pub fn is_light(&self, vertex: &Vertex) -> bool {
-        self.parts[vertex.part].light.is_some()
+    pub fn is_light(&self, si: &SurfaceInteraction) -> bool {
+        self.parts[si.shape_index].light.is_some()
     }
 
     /// The radiance that a ray which meets nothing brings.
     #[must_use]
-    pub fn sky(&self, direction: DVec3) -> Rgb {
-        self.sky.map_or(Rgb::ZERO, |sky| self.lights[sky].emitter.sky_radiance(direction))
+    pub fn environment(&self, direction: DVec3) -> Rgb {
+        self.environment
+            .map_or(Rgb::ZERO, |environment| self.lights[environment].emitter.environment_radiance(direction))
     }
 
     /// Draws a light, each with the same chance, and a direction to it; the value is divided by that chance for a
     /// light of a single direction, and the density multiplied by it for others. Also the number of the light.
     #[inline]
     #[must_use]
-    pub fn sample_light(&self, from: DVec3, u: DVec2) -> Option<(Incident, usize)> {
+    pub fn sample_emitter_direction(&self, from: DVec3, u: DVec2) -> Option<(EmitterSample, usize)> {
         let count = self.lights.len();
         if count == 0 {
             return None;
@@ -185,80 +186,80 @@ impl Scene {
         let index = (scaled as usize).min(count - 1);
         let light = &self.lights[index];
         let rest = DVec2::new(scaled - index as f64, u.y);
-        let mut incident = light.emitter.sample_towards(self.shape_of(light), from, rest)?;
-        match &mut incident.density {
-            Some(density) => density.0 /= count as f64,
-            None => incident.value *= count as f64,
+        let mut emitter_sample = light.emitter.sample_direction(self.shape_of(light), from, rest)?;
+        match &mut emitter_sample.pdf {
+            Some(pdf) => pdf.0 /= count as f64,
+            None => emitter_sample.value *= count as f64,
         }
-        Some((incident, index))
+        Some((emitter_sample, index))
     }
 
-    /// The density with which [`Scene::sample_light`] draws the direction to a vertex, or to the sky.
+    /// The density with which [`Scene::sample_emitter_direction`] draws the direction to a vertex, or to the sky.
     #[inline]
     #[must_use]
-    pub fn light_density(&self, from: DVec3, vertex: Option<&Vertex>) -> PerSolidAngle {
-        let index = match vertex {
-            Some(vertex) => self.parts[vertex.part].light,
-            None => self.sky,
+    pub fn pdf_emitter_direction(&self, from: DVec3, si: Option<&SurfaceInteraction>) -> PerSolidAngle {
+        let index = match si {
+            Some(si) => self.parts[si.shape_index].light,
+            None => self.environment,
         };
-        let density = index.map_or(0.0, |index| {
+        let pdf = index.map_or(0.0, |index| {
             let light = &self.lights[index];
-            light.emitter.density_towards(self.shape_of(light), from, vertex.map(|v| &v.surface)).0
+            light.emitter.pdf_direction(self.shape_of(light), from, si.map(|v| &v.surface)).0
         });
-        PerSolidAngle(density / self.lights.len().max(1) as f64)
+        PerSolidAngle(pdf / self.lights.len().max(1) as f64)
     }
 
     /// Draws light that sets out from a light, which is drawn with a chance in proportion to its power, and the number
     /// of that light. The flux is what the whole scene emits if this is the only draw. None if there is no light, or the
     /// draw carries nothing.
     #[inline]
-    pub fn emit(&self, numbers: &mut impl Numbers) -> Option<(Emission, usize)> {
-        let beam = Beam { ball: self.surroundings, before: self.surroundings.radius, is_aimed: false };
-        self.emit_through(&beam, numbers)
+    pub fn emit(&self, sampler: &mut impl SampleStream) -> Option<(Emission, usize)> {
+        let target = EmissionTarget { sphere: self.scene_bounds, before: self.scene_bounds.radius, is_aimed: false };
+        self.emit_through(&target, sampler)
     }
 
-    fn emit_through(&self, beam: &Beam, numbers: &mut impl Numbers) -> Option<(Emission, usize)> {
-        let u = numbers.next_1d();
-        let position = [numbers.next_2d(), numbers.next_2d()];
+    fn emit_through(&self, target: &EmissionTarget, sampler: &mut impl SampleStream) -> Option<(Emission, usize)> {
+        let u = sampler.next_1d();
+        let position = [sampler.next_2d(), sampler.next_2d()];
         let index = self.power_up_to.partition_point(|&up_to| up_to <= u);
         // Without power no light is ever drawn.
         let up_to = *self.power_up_to.get(index)?;
         let before = if index == 0 { 0.0 } else { self.power_up_to[index - 1] };
         let (light, chance) = (&self.lights[index], up_to - before);
-        let emission = light.emitter.emit(self.shape_of(light), beam, position)?;
+        let emission = light.emitter.emit(self.shape_of(light), target, position)?;
         (emission.flux != Rgb::ZERO).then_some((Emission { flux: emission.flux / chance, ..emission }, index))
     }
 
     /// Like [`Scene::emit`], but only light that may meet mirrors or glass first: it is aimed at the balls around them.
-    pub fn emit_at_specular(&self, numbers: &mut impl Numbers) -> Option<Emission> {
-        let Some(balls) = &self.specular else { return self.emit(numbers).map(|(emission, _)| emission) };
-        let section = |ball: &Ball| ball.radius * ball.radius;
-        let total: f64 = balls.iter().map(section).sum();
-        let mut rest = numbers.next_1d() * total;
-        let chosen = balls.iter().position(|ball| {
-            rest -= section(ball);
+    pub fn emit_at_specular(&self, sampler: &mut impl SampleStream) -> Option<Emission> {
+        let Some(spheres) = &self.specular else { return self.emit(sampler).map(|(emission, _)| emission) };
+        let section = |sphere: &BoundingSphere| sphere.radius * sphere.radius;
+        let total: f64 = spheres.iter().map(section).sum();
+        let mut rest = sampler.next_1d() * total;
+        let chosen = spheres.iter().position(|sphere| {
+            rest -= section(sphere);
             rest < 0.0
         });
-        let beam = self.beam(balls.get(chosen.unwrap_or(balls.len().saturating_sub(1)))?);
-        let (emission, light) = self.emit_through(&beam, numbers)?;
+        let target = self.target(spheres.get(chosen.unwrap_or(spheres.len().saturating_sub(1)))?);
+        let (emission, light) = self.emit_through(&target, sampler)?;
         // Balls may overlap: the density is that of all draws that could have given this ray.
         let is_distant = self.lights[light].emitter.is_distant();
-        let density = |ball| section(ball) / total * self.beam(ball).density(&emission.ray, is_distant);
-        let all: f64 = balls.iter().map(density).sum();
-        let share = beam.density(&emission.ray, is_distant) / all;
+        let pdf = |sphere| section(sphere) / total * self.target(sphere).pdf(&emission.ray, is_distant);
+        let all: f64 = spheres.iter().map(pdf).sum();
+        let share = target.pdf(&emission.ray, is_distant) / all;
         // Rounding may leave the ray beside all of them.
         share.is_finite().then(|| Emission { flux: emission.flux * share, ..emission })
     }
 
-    fn beam(&self, ball: &Ball) -> Beam {
-        let before = self.surroundings.radius + (ball.centre - self.surroundings.centre).length();
-        Beam { ball: *ball, before, is_aimed: true }
+    fn target(&self, sphere: &BoundingSphere) -> EmissionTarget {
+        let before = self.scene_bounds.radius + (sphere.centre - self.scene_bounds.centre).length();
+        EmissionTarget { sphere: *sphere, before, is_aimed: true }
     }
 
     /// Whether anything scatters into single directions.
     #[must_use]
     pub fn has_specular(&self) -> bool {
-        self.specular.as_ref().is_none_or(|balls| !balls.is_empty())
+        self.specular.as_ref().is_none_or(|spheres| !spheres.is_empty())
     }
 
     /// Whether anything scatters into more than single directions.
@@ -269,21 +270,21 @@ impl Scene {
 
     /// A ball around everything of finite size.
     #[must_use]
-    pub fn surroundings(&self) -> Ball {
-        self.surroundings
+    pub fn scene_bounds(&self) -> BoundingSphere {
+        self.scene_bounds
     }
 
     /// The flat piece of surface that a vertex lies on, if it is a polygon.
     #[must_use]
-    pub fn polygon(&self, vertex: &Vertex) -> Option<[DVec3; 4]> {
-        self.shapes[vertex.part].polygon(&vertex.surface)
+    pub fn polygon(&self, si: &SurfaceInteraction) -> Option<[DVec3; 4]> {
+        self.shapes[si.shape_index].polygon(&si.surface)
     }
 
     /// A number of the piece of surface that a vertex lies on: the face of a polyhedron, or the whole shape.
     #[must_use]
-    pub fn patch(&self, vertex: &Vertex) -> u32 {
-        let face = if self.shapes[vertex.part].is_polyhedron() { u64::from(vertex.surface.primitive) } else { 0 };
-        hash(&[vertex.part as u64, face]) as u32
+    pub fn surface_id(&self, si: &SurfaceInteraction) -> u32 {
+        let face = if self.shapes[si.shape_index].is_polyhedron() { u64::from(si.surface.primitive) } else { 0 };
+        hash(&[si.shape_index as u64, face]) as u32
     }
 
     /// Makes sure that light can be followed from its source.
@@ -301,16 +302,20 @@ impl Scene {
     /// Whether there is any light, if only a black one.
     #[must_use]
     pub fn has_lights(&self) -> bool {
-        !self.lights.is_empty() || self.glows
+        !self.lights.is_empty() || self.has_self_emission
     }
 
     /// Whether anything shines.
     #[must_use]
     pub fn shines(&self) -> bool {
         // A ball of any size, for there may be nothing of finite size to shine on.
-        let beam = Beam { ball: Ball { centre: DVec3::ZERO, radius: 1.0 }, before: 1.0, is_aimed: false };
-        let shines = |light: &Light| light.emitter.power(self.shape_of(light), &beam) != Rgb::ZERO;
-        self.glows || self.lights.iter().any(shines)
+        let target = EmissionTarget {
+            sphere: BoundingSphere { centre: DVec3::ZERO, radius: 1.0 },
+            before: 1.0,
+            is_aimed: false,
+        };
+        let shines = |light: &Light| light.emitter.power(self.shape_of(light), &target) != Rgb::ZERO;
+        self.has_self_emission || self.lights.iter().any(shines)
     }
 
     /// The luminous part of the power in W that all lights send into the scene together.
@@ -331,8 +336,8 @@ impl Scene {
 
     /// Notes what the lights' powers are.
     fn weigh_lights(mut self) -> Self {
-        let beam = Beam { ball: self.surroundings, before: self.surroundings.radius, is_aimed: false };
-        let power = |light: &Light| luminance(light.emitter.power(self.shape_of(light), &beam));
+        let target = EmissionTarget { sphere: self.scene_bounds, before: self.scene_bounds.radius, is_aimed: false };
+        let power = |light: &Light| luminance(light.emitter.power(self.shape_of(light), &target));
         let powers: Vec<f64> = self.lights.iter().map(power).collect();
         let total: f64 = powers.iter().sum();
         self.power = total;

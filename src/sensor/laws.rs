@@ -4,11 +4,11 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::{DVec2, DVec3};
 
-use super::{Camera, Model as _, Sensor};
+use super::{Camera, Sensor, SensorModel as _};
 use crate::{
     law::{Effort, Finding, Law},
     math::{Ray, rng::Stream},
-    node::xml,
+    scene_file::xml,
     stats::{Ks, Moments},
 };
 
@@ -209,18 +209,19 @@ fn sight_errors(camera: &Camera, (width, height): (u32, u32), points: u32) -> [f
         let ray = camera.ray(at, u);
         let distance = 1.0 + 9.0 * stream.next_1d();
         let p = ray.at(distance);
-        let see = |p| camera.see(p, u).expect("the point lies between the clipping planes");
-        let sight = see(p);
-        let start = sight.ray.origin + sight.ray.direction - ray.origin;
-        beside = beside.max((sight.film - at).length() / film.length());
-        beside = beside.max((sight.direction + ray.direction).length()).max((sight.ray.origin - p).length());
+        let see = |p| camera.sample_direction(p, u).expect("the point lies between the clipping planes");
+        let sensor_sample = see(p);
+        let start = sensor_sample.ray.origin + sensor_sample.ray.direction - ray.origin;
+        beside = beside.max((sensor_sample.film - at).length() / film.length());
+        beside =
+            beside.max((sensor_sample.direction + ray.direction).length()).max((sensor_sample.ray.origin - p).length());
         beside = beside.max(start.length());
 
-        let (a, b) = sight.direction.any_orthonormal_pair();
+        let (a, b) = sensor_sample.direction.any_orthonormal_pair();
         let step = STEP * distance;
         let slope = |v: DVec3| (see(p + step * v).film - see(p - step * v).film) / (2.0 * step);
         let pixels_per_area = slope(a).perp_dot(slope(b)).abs();
-        density = density.max((sight.importance / pixels_per_area - 1.0).abs());
+        density = density.max((sensor_sample.importance / pixels_per_area - 1.0).abs());
     }
     [beside, density]
 }

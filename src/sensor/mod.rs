@@ -12,13 +12,13 @@ use glam::{DAffine3, DVec2, DVec3};
 use crate::{
     film::{FilmPlugin, HdrFilm},
     math::Ray,
-    node::{Category, FARTHEST, Kind, Param, Params, Range, SceneError, catalogue},
     sampler::{Independent, Sampler},
+    scene_file::{Category, FARTHEST, Param, ParamKind, Params, Range, SceneError, catalogue},
 };
 
 /// How a sensor sees a point.
 #[derive(Clone, Copy, Debug)]
-pub struct Sight {
+pub struct SensorSample {
     /// Where on the film it is seen, in pixels; it may lie beside it.
     pub film: DVec2,
     /// The unit direction from the point to the sensor.
@@ -31,13 +31,13 @@ pub struct Sight {
 }
 
 /// What a sensor answers.
-pub trait Model {
+pub trait SensorModel {
     /// The ray whose radiance a sample measures: through a position on the film, in pixels from its top left corner,
     /// and a point of the lens. Its direction has unit length. Every such ray counts the same.
     fn ray(&self, film: DVec2, lens: DVec2) -> Ray;
 
     /// How it sees a point through a point of its lens; None if it is behind a clipping plane.
-    fn see(&self, p: DVec3, lens: DVec2) -> Option<Sight>;
+    fn sample_direction(&self, p: DVec3, lens: DVec2) -> Option<SensorSample>;
 
     /// How wide a pixel's part of the plane is that lies through a point across the camera's axis.
     fn footprint(&self, p: DVec3) -> f64;
@@ -53,15 +53,15 @@ catalogue! { ($)
     }
 }
 
-impl Model for Camera {
+impl SensorModel for Camera {
     #[inline]
     fn ray(&self, film: DVec2, lens: DVec2) -> Ray {
         each_camera!(self, camera => camera.ray(film, lens))
     }
 
     #[inline]
-    fn see(&self, p: DVec3, lens: DVec2) -> Option<Sight> {
-        each_camera!(self, camera => camera.see(p, lens))
+    fn sample_direction(&self, p: DVec3, lens: DVec2) -> Option<SensorSample> {
+        each_camera!(self, camera => camera.sample_direction(p, lens))
     }
 
     fn footprint(&self, p: DVec3) -> f64 {
@@ -85,7 +85,7 @@ impl Sensor {
     ///
     /// # Errors
     /// If something in it is wrong.
-    pub fn read(document: &crate::node::Document, id: crate::node::ObjectId) -> Result<Self, SceneError> {
+    pub fn read(document: &crate::scene_file::Document, id: crate::scene_file::ObjectId) -> Result<Self, SceneError> {
         let params = Camera::params(document, id)?;
         let camera = Camera::read_from(&params)?;
         let film = read_film(&params)?;
@@ -107,35 +107,32 @@ fn read_film(params: &Params<'_>) -> Result<HdrFilm, SceneError> {
 }
 
 /// The parameters that both cameras share.
-const FOV: Param = Param::optional("fov", Kind::Float, "focal_length", "the field of view in degrees").within(Range {
-    min: 1e-6,
-    max: 180.0 - 1e-6,
-    open: false,
-});
+const FOV: Param = Param::optional("fov", ParamKind::Float, "focal_length", "the field of view in degrees")
+    .within(Range { min: 1e-6, max: 180.0 - 1e-6, open: false });
 const FOCAL_LENGTH: Param = Param::optional(
     "focal_length",
-    Kind::String,
+    ParamKind::String,
     "50mm",
     "the focal length of a 35 mm camera, such as 50mm, instead of fov",
 );
 const FOV_AXIS: Param = Param::new(
     "fov_axis",
-    Kind::Choice(&["x", "y", "diagonal", "smaller", "larger"]),
+    ParamKind::Choice(&["x", "y", "diagonal", "smaller", "larger"]),
     "x",
     "along which side of the film the field of view is measured",
 );
 const NEAR_CLIP: Param =
-    Param::new("near_clip", Kind::Float, "0.01", "nothing nearer is seen, in depth").within(Range::LENGTH);
+    Param::new("near_clip", ParamKind::Float, "0.01", "nothing nearer is seen, in depth").within(Range::LENGTH);
 const FAR_CLIP: Param =
-    Param::new("far_clip", Kind::Float, "10000", "nothing farther is seen, in depth").within(Range::POSITIVE);
+    Param::new("far_clip", ParamKind::Float, "10000", "nothing farther is seen, in depth").within(Range::POSITIVE);
 const TO_WORLD: Param = Param::optional(
     "to_world",
-    Kind::Transform,
+    ParamKind::Transform,
     "the identity",
     "the camera's place; it looks along +z, +x being left",
 );
-const FILM: Param = Param::optional("film", Kind::Object(Category::Film), "hdrfilm, 768 x 576", "the film");
-const SAMPLER: Param = Param::optional("sampler", Kind::Object(Category::Sampler), "independent", "the sampler");
+const FILM: Param = Param::optional("film", ParamKind::Object(Category::Film), "hdrfilm, 768 x 576", "the film");
+const SAMPLER: Param = Param::optional("sampler", ParamKind::Object(Category::Sampler), "independent", "the sampler");
 
 /// The pyramid of view.
 #[derive(Clone, Debug)]
@@ -214,7 +211,7 @@ impl Projection {
     /// How a point is seen through a local origin on the lens, if all rays through the film at depth 1 times `focus`
     /// meet there.
     #[inline]
-    fn see(&self, p: DVec3, origin: DVec3, focus: f64) -> Option<Sight> {
+    fn sample_direction(&self, p: DVec3, origin: DVec3, focus: f64) -> Option<SensorSample> {
         let local = self.to_local.transform_point3(p);
         if !(self.near..self.far).contains(&local.z) {
             return None;
@@ -227,7 +224,7 @@ impl Projection {
         // A pixel's solid angle is that of its area at depth 1, px py cos³ θ, through any point of the lens.
         let solid_angle = self.pixel.x * self.pixel.y * cos * cos * cos;
         let start = self.to_world.transform_point3(origin + way * (self.near / local.z));
-        Some(Sight {
+        Some(SensorSample {
             film: (self.half_size - at_depth_one) / self.pixel,
             direction: self.to_world.transform_vector3(way / -distance),
             ray: Ray::between(p, start),

@@ -1,9 +1,11 @@
 use glam::{DVec2, DVec3};
 
-use super::{FAR_CLIP, FILM, FOCAL_LENGTH, FOV, FOV_AXIS, Model, NEAR_CLIP, Projection, SAMPLER, Sight, TO_WORLD};
+use super::{
+    FAR_CLIP, FILM, FOCAL_LENGTH, FOV, FOV_AXIS, NEAR_CLIP, Projection, SAMPLER, SensorModel, SensorSample, TO_WORLD,
+};
 use crate::{
     math::Ray,
-    node::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError},
 };
 
 /// A pinhole camera.
@@ -27,13 +29,13 @@ impl Described for Perspective {
     }
 }
 
-impl Model for Perspective {
+impl SensorModel for Perspective {
     fn ray(&self, film: DVec2, _lens: DVec2) -> Ray {
         self.projection.ray(DVec3::ZERO, self.projection.direction(film))
     }
 
-    fn see(&self, p: DVec3, _lens: DVec2) -> Option<Sight> {
-        self.projection.see(p, DVec3::ZERO, 1.0)
+    fn sample_direction(&self, p: DVec3, _lens: DVec2) -> Option<SensorSample> {
+        self.projection.sample_direction(p, DVec3::ZERO, 1.0)
     }
 
     fn footprint(&self, p: DVec3) -> f64 {

@@ -1,9 +1,11 @@
 use glam::{DVec2, DVec3};
 
-use super::{FAR_CLIP, FILM, FOCAL_LENGTH, FOV, FOV_AXIS, Model, NEAR_CLIP, Projection, SAMPLER, Sight, TO_WORLD};
+use super::{
+    FAR_CLIP, FILM, FOCAL_LENGTH, FOV, FOV_AXIS, NEAR_CLIP, Projection, SAMPLER, SensorModel, SensorSample, TO_WORLD,
+};
 use crate::{
     math::{Ray, warp},
-    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
 };
 
 /// A camera with an ideal thin lens: points in the plane at `focus_distance` are sharp, others are discs.
@@ -20,8 +22,8 @@ impl Described for ThinLens {
         name: "thinlens",
         summary: "A camera with an ideal thin lens, for depth of field.",
         params: &[
-            Param::required("aperture_radius", Kind::Float, "the radius of the lens").within(Range::LENGTH),
-            Param::optional("focus_distance", Kind::Float, "far_clip", "the depth of the plane that is sharp")
+            Param::required("aperture_radius", ParamKind::Float, "the radius of the lens").within(Range::LENGTH),
+            Param::optional("focus_distance", ParamKind::Float, "far_clip", "the depth of the plane that is sharp")
                 .within(Range::LENGTH),
             FOV,
             FOCAL_LENGTH,
@@ -53,15 +55,15 @@ impl ThinLens {
     }
 }
 
-impl Model for ThinLens {
+impl SensorModel for ThinLens {
     fn ray(&self, film: DVec2, lens: DVec2) -> Ray {
         let origin = self.on_lens(lens);
         let focus = self.focus_distance * self.projection.direction(film);
         self.projection.ray(origin, focus - origin)
     }
 
-    fn see(&self, p: DVec3, lens: DVec2) -> Option<Sight> {
-        self.projection.see(p, self.on_lens(lens), self.focus_distance)
+    fn sample_direction(&self, p: DVec3, lens: DVec2) -> Option<SensorSample> {
+        self.projection.sample_direction(p, self.on_lens(lens), self.focus_distance)
     }
 
     fn footprint(&self, p: DVec3) -> f64 {

@@ -2,7 +2,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use crate::{
     math::{PerArea, Ray},
-    node::{Params, SceneError},
+    scene_file::{Params, SceneError},
 };
 
 /// An affine image of a canonical form: the maps both ways, and what they do to normals and areas.
@@ -50,7 +50,7 @@ impl Affine {
 
     /// How a density per local area looks in the world, at a place with this unit local normal.
     /// A patch `n dA` becomes `det M · M⁻ᵀ n dA` (Nanson's formula).
-    pub(super) fn density(&self, local: PerArea, local_normal: DVec3) -> PerArea {
+    pub(super) fn pdf(&self, local: PerArea, local_normal: DVec3) -> PerArea {
         PerArea(local.0 / (self.volume_scale * (self.normals * local_normal).length()))
     }
 }

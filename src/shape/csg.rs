@@ -1,13 +1,13 @@
 use glam::DAffine3;
 
 use super::{
-    Crossing, Crossings, Form, Hit, Line, Model, Operation, Span, Surface,
+    Crossing, Crossings, Geometry, Hit, Line, Operation, ShapeModel, Span, Surface,
     affine::Affine,
     solid::{combine, combine_spans},
 };
 use crate::{
     math::{Aabb, Frame, Ray},
-    node::{Category, Described, Kind, ObjectId, Param, Params, Plugin, SceneError},
+    scene_file::{Category, Described, ObjectId, Param, ParamKind, Params, Plugin, SceneError},
 };
 
 /// Constructive solid geometry: the union or the intersection of solids, or the first one without all others.
@@ -34,7 +34,7 @@ pub struct Csg {
 
 #[derive(Clone, Debug)]
 struct Operand {
-    form: Form,
+    geometry: Geometry,
     /// The number of its first leaf.
     first_leaf: u32,
     /// Whether what it encloses is outside.
@@ -50,12 +50,12 @@ impl Described for Csg {
         params: &[
             Param::required(
                 "operation",
-                Kind::Choice(&["union", "intersection", "difference"]),
+                ParamKind::Choice(&["union", "intersection", "difference"]),
                 "what is made of them; the difference is the first without all others",
             ),
             Param::required(
                 "shape",
-                Kind::Object(Category::Shape),
+                ParamKind::Object(Category::Shape),
                 "the operands in order, each with its bsdf or without",
             ),
             super::TO_WORLD,
@@ -100,7 +100,7 @@ impl Described for Csg {
             csg.push(params, id)?;
         }
         csg.bounds = csg.find_bounds();
-        csg.is_pair = csg.operands.len() == 2 && csg.operands.iter().all(|operand| operand.form.is_convex());
+        csg.is_pair = csg.operands.len() == 2 && csg.operands.iter().all(|operand| operand.geometry.is_convex());
         Ok(csg)
     }
 }
@@ -109,10 +109,12 @@ impl Csg {
     /// Reads the next operand.
     fn push(&mut self, params: &Params<'_>, id: ObjectId) -> Result<(), SceneError> {
         let document = params.document();
-        let child = Form::params(document, id)?;
-        let form = Form::read_from(&child)?;
+        let child = Geometry::params(document, id)?;
+        let geometry = Geometry::read_from(&child)?;
         let place = &document.object(id).place;
-        form.check_solid().map_err(|why| SceneError::at(place, format!("this shape is no operand of a csg: {why}")))?;
+        geometry
+            .check_solid()
+            .map_err(|why| SceneError::at(place, format!("this shape is no operand of a csg: {why}")))?;
         if child.find(super::FLIP_NORMALS.name).is_some() {
             let error = child.error(super::FLIP_NORMALS.name, "the normals of an operand cannot be flipped");
             return Err(error.hint("they point out of the result; flip those of the csg"));
@@ -124,14 +126,14 @@ impl Csg {
         let own = child.child(Category::Bsdf)?;
         child.finish()?;
         let is_cut_away = self.operation == Operation::Difference && !self.operands.is_empty();
-        self.operands.push(Operand { first_leaf: self.materials.len() as u32, is_cut_away, form });
-        let form = &self.operands[self.operands.len() - 1].form;
-        self.materials.extend(form.materials().iter().map(|leaf| leaf.or(own)));
+        self.operands.push(Operand { first_leaf: self.materials.len() as u32, is_cut_away, geometry });
+        let geometry = &self.operands[self.operands.len() - 1].geometry;
+        self.materials.extend(geometry.materials().iter().map(|operand_index| operand_index.or(own)));
         Ok(())
     }
 
     fn find_bounds(&self) -> Aabb {
-        let mut boxes = self.operands.iter().map(|operand| operand.form.bounds());
+        let mut boxes = self.operands.iter().map(|operand| operand.geometry.bounds());
         let first = boxes.next().unwrap_or(Aabb::EMPTY);
         let local = match self.operation {
             Operation::Union => boxes.fold(first, Aabb::union),
@@ -150,8 +152,8 @@ impl Csg {
     }
 
     /// The operand that a leaf belongs to.
-    fn operand_of(&self, leaf: u32) -> &Operand {
-        let after = self.operands.partition_point(|operand| operand.first_leaf <= leaf);
+    fn operand_of(&self, operand_index: u32) -> &Operand {
+        let after = self.operands.partition_point(|operand| operand.first_leaf <= operand_index);
         &self.operands[after - 1]
     }
 }
@@ -159,14 +161,14 @@ impl Csg {
 impl Operand {
     #[inline(always)]
     fn span(&self, line: &Line) -> Option<Span> {
-        let span = self.form.span(line);
-        span.map(|span| span.map(|crossing| Crossing { leaf: self.first_leaf, ..crossing }))
+        let span = self.geometry.span(line);
+        span.map(|span| span.map(|crossing| Crossing { operand_index: self.first_leaf, ..crossing }))
     }
 
     fn cross(&self, line: &Line) -> Crossings {
-        let mut crossings = self.form.cross(line);
+        let mut crossings = self.geometry.cross(line);
         if self.first_leaf > 0 {
-            crossings.iter_mut().for_each(|crossing| crossing.leaf += self.first_leaf);
+            crossings.iter_mut().for_each(|crossing| crossing.operand_index += self.first_leaf);
         }
         crossings
     }
@@ -216,7 +218,7 @@ impl Csg {
     }
 }
 
-impl Model for Csg {
+impl ShapeModel for Csg {
     fn bounds(&self) -> Aabb {
         self.bounds
     }
@@ -234,11 +236,11 @@ impl Model for Csg {
     }
 
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
-        let operand = self.operand_of(hit.leaf);
-        let own = Hit { leaf: hit.leaf - operand.first_leaf, ..*hit };
-        let surface = operand.form.solid_surface(&self.local(ray), &own);
+        let operand = self.operand_of(hit.operand_index);
+        let own = Hit { operand_index: hit.operand_index - operand.first_leaf, ..*hit };
+        let surface = operand.geometry.solid_surface(&self.local(ray), &own);
         let surface = if operand.is_cut_away { surface.flipped() } else { surface };
-        let surface = Surface { leaf: hit.leaf, ..surface };
+        let surface = Surface { operand_index: hit.operand_index, ..surface };
         let Some(affine) = &self.placed else { return surface };
         let shading = Frame::from_normal(affine.normal(surface.shading.n));
         Surface { p: affine.point(surface.p), n: affine.normal(surface.n), shading, ..surface }
@@ -257,7 +259,7 @@ impl Model for Csg {
         crossings
     }
 
-    fn cannot_shine(&self) -> Option<&'static str> {
+    fn not_an_emitter_because(&self) -> Option<&'static str> {
         Some("let one of its parts shine beside it")
     }
 

@@ -1,9 +1,9 @@
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Crossing, Drawn, Hit, Line, Model, Span, Surface, affine::Affine};
+use super::{Crossing, Hit, Line, ShapeModel, ShapeSample, Span, Surface, affine::Affine};
 use crate::{
     math::{Aabb, PerArea, Ray},
-    node::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError},
 };
 
 /// The cube from -1 to 1, under any affine map a parallelepiped. Face `2 axis + side` lies at `±1` on that axis, the
@@ -14,7 +14,7 @@ pub struct Cube {
     normals: [DVec3; 6],
     /// The chance of each face to be drawn, summed up: proportional to its area.
     cumulative: [f64; 6],
-    density: PerArea,
+    pdf: PerArea,
 }
 
 impl Described for Cube {
@@ -33,7 +33,7 @@ impl Described for Cube {
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
         let affine = Affine::read(params, DAffine3::IDENTITY)?;
-        let areas: [f64; 6] = std::array::from_fn(|face| 4.0 / affine.density(PerArea(1.0), local_normal(face)).0);
+        let areas: [f64; 6] = std::array::from_fn(|face| 4.0 / affine.pdf(PerArea(1.0), local_normal(face)).0);
         let total: f64 = areas.iter().sum();
         let mut sum = 0.0;
         let cumulative = areas.map(|area| {
@@ -41,7 +41,7 @@ impl Described for Cube {
             sum
         });
         let normals = std::array::from_fn(|face| affine.normal(local_normal(face)));
-        Ok(Self { affine, normals, cumulative, density: PerArea(1.0 / total) })
+        Ok(Self { affine, normals, cumulative, pdf: PerArea(1.0 / total) })
     }
 }
 
@@ -63,7 +63,7 @@ fn uv(face: usize, p: DVec3) -> DVec2 {
         })
 }
 
-impl Model for Cube {
+impl ShapeModel for Cube {
     fn bounds(&self) -> Aabb {
         CANONICAL.transformed(&self.affine.to_world)
     }
@@ -109,7 +109,7 @@ impl Model for Cube {
         Some([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)])
     }
 
-    fn sample_area(&self, u: DVec2) -> Drawn<PerArea> {
+    fn sample_position(&self, u: DVec2) -> ShapeSample<PerArea> {
         let face = self.cumulative.iter().position(|&c| u.x < c).unwrap_or(5);
         let below = if face == 0 { 0.0 } else { self.cumulative[face - 1] };
         // What is left of u.x within the face's share is uniform again.
@@ -119,10 +119,10 @@ impl Model for Cube {
         local[axis] = local_normal(face)[axis];
         local[a] = 2.0 * along - 1.0;
         local[b] = 2.0 * u.y - 1.0;
-        Drawn { p: self.affine.point(local), n: self.normals[face], uv: uv(face, local), density: self.density }
+        ShapeSample { p: self.affine.point(local), n: self.normals[face], uv: uv(face, local), pdf: self.pdf }
     }
 
-    fn area_density(&self, _surface: &Surface) -> PerArea {
-        self.density
+    fn pdf_position(&self, _surface: &Surface) -> PerArea {
+        self.pdf
     }
 }

@@ -2,10 +2,10 @@ use std::f64::consts::{FRAC_1_PI, TAU};
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Drawn, Hit, Model, Surface, affine::Affine};
+use super::{Hit, ShapeModel, ShapeSample, Surface, affine::Affine};
 use crate::{
     math::{Aabb, PerArea, Ray, warp},
-    node::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError},
 };
 
 /// The unit disc in the plane `z = 0` with normal +z, under any affine map an ellipse.
@@ -14,7 +14,7 @@ pub struct Disk {
     affine: Affine,
     n: DVec3,
     /// Of points drawn from it.
-    density: PerArea,
+    pdf: PerArea,
 }
 
 impl Described for Disk {
@@ -33,7 +33,7 @@ impl Described for Disk {
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
         let affine = Affine::read(params, DAffine3::IDENTITY)?;
-        Ok(Self { n: affine.normal(DVec3::Z), density: affine.density(PerArea(FRAC_1_PI), DVec3::Z), affine })
+        Ok(Self { n: affine.normal(DVec3::Z), pdf: affine.pdf(PerArea(FRAC_1_PI), DVec3::Z), affine })
     }
 }
 
@@ -43,7 +43,7 @@ fn uv(at: DVec2) -> DVec2 {
     DVec2::new(at.length(), if phi < 0.0 { phi + 1.0 } else { phi })
 }
 
-impl Model for Disk {
+impl ShapeModel for Disk {
     fn bounds(&self) -> Aabb {
         // An ellipse with half-axes a and b reaches sqrt(a² + b²) along each coordinate.
         let axes = self.affine.to_world.matrix3;
@@ -67,12 +67,12 @@ impl Model for Disk {
         Surface::flat(self.affine.point(at.extend(0.0)), self.n, uv(at), 0)
     }
 
-    fn sample_area(&self, u: DVec2) -> Drawn<PerArea> {
+    fn sample_position(&self, u: DVec2) -> ShapeSample<PerArea> {
         let at = warp::square_to_disc(u);
-        Drawn { p: self.affine.point(at.extend(0.0)), n: self.n, uv: uv(at), density: self.density }
+        ShapeSample { p: self.affine.point(at.extend(0.0)), n: self.n, uv: uv(at), pdf: self.pdf }
     }
 
-    fn area_density(&self, _surface: &Surface) -> PerArea {
-        self.density
+    fn pdf_position(&self, _surface: &Surface) -> PerArea {
+        self.pdf
     }
 }

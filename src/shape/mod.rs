@@ -24,7 +24,7 @@ pub use plane::Plane;
 pub use rectangle::Rectangle;
 pub use shapes::Shapes;
 pub use solid::{Crossing, Crossings, Line, Operation, Span};
-pub use sphere::{Ellipsoid, Sphere, Spheroid};
+pub use sphere::{Ellipsoid, EllipsoidShape, Sphere};
 
 use bvh::Bvh;
 use glam::{DVec2, DVec3};
@@ -32,7 +32,7 @@ use mesh::{OpenEdges, Shear};
 
 use crate::{
     math::{Aabb, Frame, PerArea, PerSolidAngle, Ray},
-    node::{Category, Document, Kind, ObjectId, Param, Params, SceneError, catalogue},
+    scene_file::{Category, Document, ObjectId, Param, ParamKind, Params, SceneError, catalogue},
 };
 
 /// Where a ray meets a shape, in the shape's own terms.
@@ -43,7 +43,7 @@ pub struct Hit {
     /// Which face of a cube or triangle of a mesh.
     pub primitive: u32,
     /// Which operand of a csg, counting all solids in it that are none themselves.
-    pub leaf: u32,
+    pub operand_index: u32,
     /// Coordinates on the primitive: barycentric of the second and third corner for triangles, else unused.
     pub coordinates: DVec2,
 }
@@ -52,7 +52,7 @@ impl Hit {
     /// A hit with a shape that is no csg.
     #[must_use]
     pub fn new(t: f64, primitive: u32, coordinates: DVec2) -> Self {
-        Self { t, primitive, leaf: 0, coordinates }
+        Self { t, primitive, operand_index: 0, coordinates }
     }
 }
 
@@ -70,14 +70,14 @@ pub struct Surface {
     /// Which face of a cube or triangle of a mesh.
     pub primitive: u32,
     /// Which operand of a csg.
-    pub leaf: u32,
+    pub operand_index: u32,
 }
 
 impl Surface {
     /// A point where the shading normal is the true one.
     #[must_use]
     pub fn flat(p: DVec3, n: DVec3, uv: DVec2, primitive: u32) -> Self {
-        Self { p, n, shading: Frame::from_normal(n), uv, primitive, leaf: 0 }
+        Self { p, n, shading: Frame::from_normal(n), uv, primitive, operand_index: 0 }
     }
 
     /// The same point of the other side's surface.
@@ -89,7 +89,7 @@ impl Surface {
 
 /// A point of a surface that was drawn at random, with its density.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drawn<Density> {
+pub struct ShapeSample<Density> {
     /// The position.
     pub p: DVec3,
     /// The unit normal.
@@ -97,11 +97,11 @@ pub struct Drawn<Density> {
     /// Texture coordinates.
     pub uv: DVec2,
     /// How densely such points are drawn.
-    pub density: Density,
+    pub pdf: Density,
 }
 
 /// What a shape answers. A ray's direction need not have unit length.
-pub trait Model {
+pub trait ShapeModel {
     /// A box around all of it.
     fn bounds(&self) -> Aabb;
 
@@ -124,25 +124,25 @@ pub trait Model {
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface;
 
     /// Why it cannot be a light, if it cannot: no points are drawn from its surface then.
-    fn cannot_shine(&self) -> Option<&'static str> {
+    fn not_an_emitter_because(&self) -> Option<&'static str> {
         None
     }
 
     /// Draws a point from all of the surface of a shape that can shine.
-    fn sample_area(&self, _u: DVec2) -> Drawn<PerArea> {
+    fn sample_position(&self, _u: DVec2) -> ShapeSample<PerArea> {
         unreachable!("no point is drawn from a shape that cannot shine")
     }
 
-    /// The density with which [`Model::sample_area`] draws a point.
-    fn area_density(&self, _surface: &Surface) -> PerArea {
+    /// The density with which [`ShapeModel::sample_position`] draws a point.
+    fn pdf_position(&self, _surface: &Surface) -> PerArea {
         unreachable!("no point is drawn from a shape that cannot shine")
     }
 
     /// Draws a point to be lit from, as seen from `from`; None where the drawn point is seen edge-on.
-    fn sample_towards(&self, from: DVec3, u: DVec2) -> Option<Drawn<PerSolidAngle>> {
-        let drawn = self.sample_area(u);
-        let density = as_seen(drawn.density, from, drawn.p, drawn.n)?;
-        Some(Drawn { p: drawn.p, n: drawn.n, uv: drawn.uv, density })
+    fn sample_direction(&self, from: DVec3, u: DVec2) -> Option<ShapeSample<PerSolidAngle>> {
+        let drawn = self.sample_position(u);
+        let pdf = as_seen(drawn.pdf, from, drawn.p, drawn.n)?;
+        Some(ShapeSample { p: drawn.p, n: drawn.n, uv: drawn.uv, pdf })
     }
 
     /// Makes sure that it can be an operand of a csg.
@@ -208,25 +208,25 @@ pub trait Model {
         0
     }
 
-    /// The density with which [`Model::sample_towards`] draws a point.
-    fn density_towards(&self, from: DVec3, surface: &Surface) -> PerSolidAngle {
-        as_seen(self.area_density(surface), from, surface.p, surface.n).unwrap_or(PerSolidAngle(0.0))
+    /// The density with which [`ShapeModel::sample_direction`] draws a point.
+    fn pdf_direction(&self, from: DVec3, surface: &Surface) -> PerSolidAngle {
+        as_seen(self.pdf_position(surface), from, surface.p, surface.n).unwrap_or(PerSolidAngle(0.0))
     }
 }
 
-fn as_seen(density: PerArea, from: DVec3, p: DVec3, n: DVec3) -> Option<PerSolidAngle> {
+fn as_seen(pdf: PerArea, from: DVec3, p: DVec3, n: DVec3) -> Option<PerSolidAngle> {
     let way = p - from;
     let distance_squared = way.length_squared();
-    density.to_solid_angle(n.dot(way) / distance_squared.sqrt(), distance_squared)
+    pdf.to_solid_angle(n.dot(way) / distance_squared.sqrt(), distance_squared)
 }
 
 catalogue! { ($)
     /// A shape without its material: the form alone.
-    pub enum Form in Category::Shape, each_form {
+    pub enum Geometry in Category::Shape, each_geometry {
         /// A sphere or an ellipsoid.
-        Sphere(Spheroid<Sphere>),
+        Sphere(EllipsoidShape<Sphere>),
         /// An ellipsoid.
-        Ellipsoid(Spheroid<Ellipsoid>),
+        Ellipsoid(EllipsoidShape<Ellipsoid>),
         /// A parallelogram.
         Rectangle(Rectangle),
         /// A parallelepiped.
@@ -260,14 +260,14 @@ catalogue! { ($)
 
 /// Parameters that every shape has.
 const TO_WORLD: Param =
-    Param::optional("to_world", Kind::Transform, "the identity", "from the shape's space to the world's");
+    Param::optional("to_world", ParamKind::Transform, "the identity", "from the shape's space to the world's");
 const FLIP_NORMALS: Param =
-    Param::new("flip_normals", Kind::Boolean, "false", "whether its normals point the other way");
+    Param::new("flip_normals", ParamKind::Boolean, "false", "whether its normals point the other way");
 
 /// A form and which way its normals point.
 #[derive(Clone, Debug)]
 pub struct Shape {
-    form: Form,
+    geometry: Geometry,
     flipped: bool,
 }
 
@@ -277,9 +277,10 @@ impl Shape {
     /// # Errors
     /// If a parameter is wrong or its file cannot be read.
     pub fn read_from(params: &Params<'_>) -> Result<Self, SceneError> {
-        let form = Form::read_from(params)?;
-        let flipped = params.boolean(FLIP_NORMALS.name)? ^ each_form!(&form, form => form.is_inside_out());
-        Ok(Self { form, flipped })
+        let geometry = Geometry::read_from(params)?;
+        let flipped =
+            params.boolean(FLIP_NORMALS.name)? ^ each_geometry!(&geometry, geometry => geometry.is_inside_out());
+        Ok(Self { geometry, flipped })
     }
 
     /// The view of a shape element.
@@ -287,7 +288,7 @@ impl Shape {
     /// # Errors
     /// If no shape has its name.
     pub fn params(document: &Document, id: ObjectId) -> Result<Params<'_>, SceneError> {
-        Form::params(document, id)
+        Geometry::params(document, id)
     }
 
     fn outward(&self, n: DVec3) -> DVec3 {
@@ -295,109 +296,109 @@ impl Shape {
     }
 }
 
-impl Model for Shape {
+impl ShapeModel for Shape {
     fn bounds(&self) -> Aabb {
-        each_form!(&self.form, form => form.bounds())
+        each_geometry!(&self.geometry, geometry => geometry.bounds())
     }
 
     #[inline]
     fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        each_form!(&self.form, form => form.intersect(ray))
+        each_geometry!(&self.geometry, geometry => geometry.intersect(ray))
     }
 
     fn hierarchy(&self) -> Option<&Bvh> {
-        each_form!(&self.form, form => form.hierarchy())
+        each_geometry!(&self.geometry, geometry => geometry.hierarchy())
     }
 
     #[inline(always)]
     fn intersect_block(&self, block: u32, ray: &Ray, shear: &mut Option<Shear>) -> Option<Hit> {
-        each_form!(&self.form, form => form.intersect_block(block, ray, shear))
+        each_geometry!(&self.geometry, geometry => geometry.intersect_block(block, ray, shear))
     }
 
     #[inline]
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
-        let surface = each_form!(&self.form, form => form.surface(ray, hit));
+        let surface = each_geometry!(&self.geometry, geometry => geometry.surface(ray, hit));
         if self.flipped { surface.flipped() } else { surface }
     }
 
-    fn cannot_shine(&self) -> Option<&'static str> {
-        each_form!(&self.form, form => form.cannot_shine())
+    fn not_an_emitter_because(&self) -> Option<&'static str> {
+        each_geometry!(&self.geometry, geometry => geometry.not_an_emitter_because())
     }
 
-    fn sample_area(&self, u: DVec2) -> Drawn<PerArea> {
-        let drawn = each_form!(&self.form, form => form.sample_area(u));
-        Drawn { n: self.outward(drawn.n), ..drawn }
+    fn sample_position(&self, u: DVec2) -> ShapeSample<PerArea> {
+        let drawn = each_geometry!(&self.geometry, geometry => geometry.sample_position(u));
+        ShapeSample { n: self.outward(drawn.n), ..drawn }
     }
 
-    fn area_density(&self, surface: &Surface) -> PerArea {
-        each_form!(&self.form, form => form.area_density(surface))
-    }
-
-    #[inline]
-    fn sample_towards(&self, from: DVec3, u: DVec2) -> Option<Drawn<PerSolidAngle>> {
-        let drawn = each_form!(&self.form, form => form.sample_towards(from, u))?;
-        Some(Drawn { n: self.outward(drawn.n), ..drawn })
+    fn pdf_position(&self, surface: &Surface) -> PerArea {
+        each_geometry!(&self.geometry, geometry => geometry.pdf_position(surface))
     }
 
     #[inline]
-    fn density_towards(&self, from: DVec3, surface: &Surface) -> PerSolidAngle {
-        each_form!(&self.form, form => form.density_towards(from, surface))
+    fn sample_direction(&self, from: DVec3, u: DVec2) -> Option<ShapeSample<PerSolidAngle>> {
+        let drawn = each_geometry!(&self.geometry, geometry => geometry.sample_direction(from, u))?;
+        Some(ShapeSample { n: self.outward(drawn.n), ..drawn })
+    }
+
+    #[inline]
+    fn pdf_direction(&self, from: DVec3, surface: &Surface) -> PerSolidAngle {
+        each_geometry!(&self.geometry, geometry => geometry.pdf_direction(from, surface))
     }
 
     fn dropped(&self) -> usize {
-        each_form!(&self.form, form => form.dropped())
+        each_geometry!(&self.geometry, geometry => geometry.dropped())
     }
 
     fn materials(&self) -> &[Option<ObjectId>] {
-        each_form!(&self.form, form => form.materials())
+        each_geometry!(&self.geometry, geometry => geometry.materials())
     }
 
     fn edge_distance(&self, surface: &Surface) -> Option<f64> {
-        each_form!(&self.form, form => form.edge_distance(surface))
+        each_geometry!(&self.geometry, geometry => geometry.edge_distance(surface))
     }
 
     #[inline]
     fn is_polyhedron(&self) -> bool {
-        each_form!(&self.form, form => form.is_polyhedron())
+        each_geometry!(&self.geometry, geometry => geometry.is_polyhedron())
     }
 
     fn polygon(&self, surface: &Surface) -> Option<[DVec3; 4]> {
-        each_form!(&self.form, form => form.polygon(surface))
+        each_geometry!(&self.geometry, geometry => geometry.polygon(surface))
     }
 
     fn open_edges(&self) -> Option<OpenEdges> {
-        each_form!(&self.form, form => form.open_edges())
+        each_geometry!(&self.geometry, geometry => geometry.open_edges())
     }
 }
 
 /// What an operand of a csg answers, of whatever form it is.
-impl Form {
+impl Geometry {
     fn check_solid(&self) -> Result<(), String> {
-        each_form!(self, form => form.check_solid())
+        each_geometry!(self, geometry => geometry.check_solid())
     }
 
     fn bounds(&self) -> Aabb {
-        each_form!(self, form => form.bounds())
+        each_geometry!(self, geometry => geometry.bounds())
     }
 
     fn is_convex(&self) -> bool {
-        each_form!(self, form => form.is_convex())
+        each_geometry!(self, geometry => geometry.is_convex())
     }
 
     #[inline(always)]
     fn span(&self, line: &Line) -> Option<Span> {
-        each_form!(self, form => form.span(line))
+        each_geometry!(self, geometry => geometry.span(line))
     }
 
     fn cross(&self, line: &Line) -> Crossings {
-        each_form!(self, form => form.cross(line))
+        each_geometry!(self, geometry => geometry.cross(line))
     }
 
     fn solid_surface(&self, ray: &Ray, hit: &Hit) -> Surface {
-        each_form!(self, form => form.solid_surface(ray, hit))
+        each_geometry!(self, geometry => geometry.solid_surface(ray, hit))
     }
 
     fn materials(&self) -> &[Option<ObjectId>] {
-        each_form!(self, form => form.materials())
+        each_geometry!(self, geometry => geometry.materials())
     }
 }

@@ -1,9 +1,9 @@
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Crossing, Hit, Line, Model, Span, Surface, affine::Affine};
+use super::{Crossing, Hit, Line, ShapeModel, Span, Surface, affine::Affine};
 use crate::{
     math::{Aabb, Ray},
-    node::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError},
 };
 
 /// The infinite plane `z = 0` with normal +z, and as an operand of a csg the half-space below it. Texture coordinates are
@@ -34,7 +34,7 @@ impl Described for Plane {
     }
 }
 
-impl Model for Plane {
+impl ShapeModel for Plane {
     fn bounds(&self) -> Aabb {
         Aabb::EVERYTHING
     }
@@ -73,7 +73,7 @@ impl Model for Plane {
         }
     }
 
-    fn cannot_shine(&self) -> Option<&'static str> {
+    fn not_an_emitter_because(&self) -> Option<&'static str> {
         Some("its area is infinite; a rectangle can shine")
     }
 }

@@ -1,9 +1,9 @@
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Drawn, Hit, Model, Surface, affine::Affine};
+use super::{Hit, ShapeModel, ShapeSample, Surface, affine::Affine};
 use crate::{
     math::{Aabb, PerArea, Ray},
-    node::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError},
 };
 
 /// The square `|x|, |y| <= 1` in the plane `z = 0` with normal +z, under any affine map a parallelogram.
@@ -12,7 +12,7 @@ pub struct Rectangle {
     affine: Affine,
     n: DVec3,
     /// Of points drawn from it.
-    density: PerArea,
+    pdf: PerArea,
 }
 
 impl Described for Rectangle {
@@ -31,11 +31,11 @@ impl Described for Rectangle {
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
         let affine = Affine::read(params, DAffine3::IDENTITY)?;
-        Ok(Self { n: affine.normal(DVec3::Z), density: affine.density(PerArea(0.25), DVec3::Z), affine })
+        Ok(Self { n: affine.normal(DVec3::Z), pdf: affine.pdf(PerArea(0.25), DVec3::Z), affine })
     }
 }
 
-impl Model for Rectangle {
+impl ShapeModel for Rectangle {
     fn bounds(&self) -> Aabb {
         let corner = |x, y| self.affine.point(DVec3::new(x, y, 0.0));
         Aabb::around([corner(-1.0, -1.0), corner(1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0)])
@@ -66,12 +66,12 @@ impl Model for Rectangle {
         Some([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)])
     }
 
-    fn sample_area(&self, u: DVec2) -> Drawn<PerArea> {
+    fn sample_position(&self, u: DVec2) -> ShapeSample<PerArea> {
         let p = self.affine.point((2.0 * u - 1.0).extend(0.0));
-        Drawn { p, n: self.n, uv: u, density: self.density }
+        ShapeSample { p, n: self.n, uv: u, pdf: self.pdf }
     }
 
-    fn area_density(&self, _surface: &Surface) -> PerArea {
-        self.density
+    fn pdf_position(&self, _surface: &Surface) -> PerArea {
+        self.pdf
     }
 }

@@ -1,7 +1,7 @@
 use glam::DVec3;
 
 use super::{
-    Hit, Model as _, Shape,
+    Hit, Shape, ShapeModel as _,
     bvh::{Bvh, Forest, Leaf, Test},
     mesh::Shear,
 };
@@ -90,9 +90,9 @@ struct Nearest<'s> {
 
 impl Test<Leaf> for &mut Nearest<'_> {
     #[inline(always)]
-    fn test(&mut self, leaf: Leaf, ray: &Ray) -> Option<f64> {
-        let shape = leaf.primitive as usize;
-        let hit = self.shapes[shape].intersect_block(leaf.block, ray, &mut self.shear)?;
+    fn test(&mut self, operand_index: Leaf, ray: &Ray) -> Option<f64> {
+        let shape = operand_index.primitive as usize;
+        let hit = self.shapes[shape].intersect_block(operand_index.block, ray, &mut self.shear)?;
         self.found = Some((shape, hit));
         Some(hit.t)
     }

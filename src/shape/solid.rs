@@ -23,20 +23,20 @@ pub struct Crossing {
     /// Which face or triangle, as in [`Hit`].
     pub primitive: u32,
     /// Which operand of a csg, as in [`Hit`].
-    pub leaf: u32,
+    pub operand_index: u32,
 }
 
 impl Crossing {
     /// A crossing of a solid that is no csg.
     #[must_use]
     pub fn new(t: f64, primitive: u32) -> Self {
-        Self { t, primitive, leaf: 0 }
+        Self { t, primitive, operand_index: 0 }
     }
 }
 
 impl From<Crossing> for Hit {
-    fn from(Crossing { t, primitive, leaf }: Crossing) -> Self {
-        Self { t, primitive, leaf, coordinates: DVec2::ZERO }
+    fn from(Crossing { t, primitive, operand_index }: Crossing) -> Self {
+        Self { t, primitive, operand_index, coordinates: DVec2::ZERO }
     }
 }
 
@@ -190,15 +190,15 @@ mod tests {
 
     use super::*;
 
-    fn crossings(ts: &[f64], leaf: u32) -> Crossings {
-        ts.iter().map(|&t| Crossing { t, primitive: 0, leaf }).collect()
+    fn crossings(ts: &[f64], operand_index: u32) -> Crossings {
+        ts.iter().map(|&t| Crossing { t, primitive: 0, operand_index }).collect()
     }
 
     fn combined(operation: Operation, first: &[f64], second: &[f64]) -> Vec<(f64, u32)> {
         let line = Line::new(&Ray::new(DVec3::ZERO, DVec3::X));
         let mut found = Vec::new();
         combine(operation, &crossings(first, 0), &crossings(second, 1), &line, |crossing| {
-            found.push((crossing.t, crossing.leaf));
+            found.push((crossing.t, crossing.operand_index));
             false
         });
         found
@@ -213,8 +213,8 @@ mod tests {
             error in prop::sample::select(vec![-1e-12, 0.0, 1e-12]),
         ) {
             let end = |t: i32| match t { ..-7 => -INF, 8.. => INF, t => f64::from(t) };
-            let of = |span: Option<(i32, i32)>, leaf, error: f64| {
-                span.map(|(from, length)| [end(from) + error, end(from + length)].map(|t| Crossing { t, primitive: 0, leaf }))
+            let of = |span: Option<(i32, i32)>, operand_index, error: f64| {
+                span.map(|(from, length)| [end(from) + error, end(from + length)].map(|t| Crossing { t, primitive: 0, operand_index }))
             };
             let (a, b) = (of(first, 0, 0.0), of(second, 1, error));
             let line = Line::new(&Ray::new(DVec3::ZERO, DVec3::X));

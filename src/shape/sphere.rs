@@ -6,10 +6,10 @@ use std::{
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Crossing, Drawn, Hit, Line, Model, Span, Surface, affine::Affine};
+use super::{Crossing, Hit, Line, ShapeModel, ShapeSample, Span, Surface, affine::Affine};
 use crate::{
     math::{Aabb, Frame, PerArea, PerSolidAngle, Ray, warp},
-    node::{Category, Described, Kind as ParamKind, Param, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
 };
 
 /// A sphere, or after a transform that is not a similarity, the ellipsoid that it becomes. (Mitsuba warns there and
@@ -18,7 +18,7 @@ use crate::{
 /// As a light it is drawn by the solid angle of its visible cap, so that the estimate of an unoccluded, uniform
 /// spherical light has no variance but that of the receiver's cosine; from inside, and as an ellipsoid, by area.
 #[derive(Clone, Debug)]
-pub struct Spheroid<K> {
+pub struct EllipsoidShape<K> {
     affine: Affine,
     /// The radius in the world, if it is a sphere there.
     radius: Option<f64>,
@@ -26,7 +26,7 @@ pub struct Spheroid<K> {
 }
 
 /// Ways to describe a spheroid in a scene file.
-pub trait Kind: Clone + Debug {
+pub trait EllipsoidKind: Clone + Debug {
     /// The manual page.
     const PLUGIN: Plugin;
 
@@ -46,7 +46,7 @@ const CENTER: Param = Param::new("center", ParamKind::Point, "0, 0, 0", "the cen
 #[derive(Clone, Debug)]
 pub struct Sphere;
 
-impl Kind for Sphere {
+impl EllipsoidKind for Sphere {
     /// As in Mitsuba, whose other shapes keep their normals.
     const TURNS_IN_MIRRORS: bool = true;
 
@@ -84,7 +84,7 @@ impl Kind for Sphere {
 #[derive(Clone, Debug)]
 pub struct Ellipsoid;
 
-impl Kind for Ellipsoid {
+impl EllipsoidKind for Ellipsoid {
     const TURNS_IN_MIRRORS: bool = false;
 
     const PLUGIN: Plugin = Plugin {
@@ -110,7 +110,7 @@ impl Kind for Ellipsoid {
     }
 }
 
-impl<K: Kind> Described for Spheroid<K> {
+impl<K: EllipsoidKind> Described for EllipsoidShape<K> {
     const PLUGIN: Plugin = K::PLUGIN;
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
@@ -120,7 +120,7 @@ impl<K: Kind> Described for Spheroid<K> {
     }
 }
 
-impl<K> Spheroid<K> {
+impl<K> EllipsoidShape<K> {
     fn new(affine: Affine) -> Self {
         let axes = affine.to_world.matrix3;
         let gram = axes.transpose() * axes;
@@ -165,8 +165,8 @@ impl<K> Spheroid<K> {
         Some(Cap { way, radius, sin_squared, one_minus_cos: sin_squared / (1.0 + (1.0 - sin_squared).sqrt()) })
     }
 
-    fn drawn<D>(&self, local: DVec3, density: D) -> Drawn<D> {
-        Drawn { p: self.affine.point(local), n: self.affine.normal(local), uv: uv(local), density }
+    fn drawn<D>(&self, local: DVec3, pdf: D) -> ShapeSample<D> {
+        ShapeSample { p: self.affine.point(local), n: self.affine.normal(local), uv: uv(local), pdf }
     }
 }
 
@@ -177,7 +177,7 @@ struct Cap {
     one_minus_cos: f64,
 }
 
-impl<K: Kind> Model for Spheroid<K> {
+impl<K: EllipsoidKind> ShapeModel for EllipsoidShape<K> {
     fn bounds(&self) -> Aabb {
         // The image of the unit ball reaches as far along an axis as that row of the matrix is long.
         let rows = self.affine.to_world.matrix3.transpose();
@@ -214,21 +214,21 @@ impl<K: Kind> Model for Spheroid<K> {
         Surface::flat(self.affine.point(local), n, uv(local), 0)
     }
 
-    fn sample_area(&self, u: DVec2) -> Drawn<PerArea> {
+    fn sample_position(&self, u: DVec2) -> ShapeSample<PerArea> {
         let local = warp::square_to_sphere(u);
-        self.drawn(local, self.affine.density(PerArea(warp::SPHERE_DENSITY), local))
+        self.drawn(local, self.affine.pdf(PerArea(warp::SPHERE_DENSITY), local))
     }
 
-    fn area_density(&self, surface: &Surface) -> PerArea {
+    fn pdf_position(&self, surface: &Surface) -> PerArea {
         let local = self.affine.to_local.transform_point3(surface.p).normalize();
-        self.affine.density(PerArea(warp::SPHERE_DENSITY), local)
+        self.affine.pdf(PerArea(warp::SPHERE_DENSITY), local)
     }
 
-    fn sample_towards(&self, from: DVec3, u: DVec2) -> Option<Drawn<PerSolidAngle>> {
+    fn sample_direction(&self, from: DVec3, u: DVec2) -> Option<ShapeSample<PerSolidAngle>> {
         let Some(cap) = self.cap(from) else {
-            let drawn = self.sample_area(u);
-            let density = super::as_seen(drawn.density, from, drawn.p, drawn.n)?;
-            return Some(Drawn { p: drawn.p, n: drawn.n, uv: drawn.uv, density });
+            let drawn = self.sample_position(u);
+            let pdf = super::as_seen(drawn.pdf, from, drawn.p, drawn.n)?;
+            return Some(ShapeSample { p: drawn.p, n: drawn.n, uv: drawn.uv, pdf });
         };
         let distance = cap.way.length();
         let local = warp::square_to_cone(u, cap.one_minus_cos);
@@ -239,14 +239,14 @@ impl<K: Kind> Model for Spheroid<K> {
         let p = from + (local.z * distance - half_chord) * direction;
         let n = (p - self.centre()) / cap.radius;
         let on_unit = self.affine.to_local.transform_vector3(n * cap.radius).normalize();
-        Some(self.drawn(on_unit, PerSolidAngle(warp::cone_density(cap.one_minus_cos))))
+        Some(self.drawn(on_unit, PerSolidAngle(warp::square_to_cone_pdf(cap.one_minus_cos))))
     }
 
-    fn density_towards(&self, from: DVec3, surface: &Surface) -> PerSolidAngle {
+    fn pdf_direction(&self, from: DVec3, surface: &Surface) -> PerSolidAngle {
         if let Some(cap) = self.cap(from) {
-            return PerSolidAngle(warp::cone_density(cap.one_minus_cos));
+            return PerSolidAngle(warp::square_to_cone_pdf(cap.one_minus_cos));
         }
-        super::as_seen(self.area_density(surface), from, surface.p, surface.n).unwrap_or(PerSolidAngle(0.0))
+        super::as_seen(self.pdf_position(surface), from, surface.p, surface.n).unwrap_or(PerSolidAngle(0.0))
     }
 }
 
@@ -262,7 +262,7 @@ mod tests {
 
     #[test]
     fn a_hit_from_a_hundred_radii_away_keeps_its_digits() {
-        let sphere = Spheroid::<Sphere>::new(Affine::new(DAffine3::IDENTITY));
+        let sphere = EllipsoidShape::<Sphere>::new(Affine::new(DAffine3::IDENTITY));
         let ray = Ray::new(DVec3::new(0.3, 0.4, 100.0), DVec3::NEG_Z);
         let hit = sphere.intersect(&ray).expect("the ray goes through");
         let exact = 100.0 - 0.75_f64.sqrt();
@@ -271,7 +271,7 @@ mod tests {
 
     #[test]
     fn from_inside_the_far_side_is_hit() {
-        let sphere = Spheroid::<Sphere>::new(Affine::new(DAffine3::from_scale(DVec3::splat(2.0))));
+        let sphere = EllipsoidShape::<Sphere>::new(Affine::new(DAffine3::from_scale(DVec3::splat(2.0))));
         let hit = sphere.intersect(&Ray::leaving(DVec3::new(0.5, 0.0, 0.0), DVec3::X)).expect("a hit");
         assert!((hit.t - 1.5).abs() < 1e-15);
     }

@@ -10,7 +10,7 @@ use super::{
 
 /// A positive number with its 95 % interval, of which the logarithm is nearly normal.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Positive {
+pub struct LogInterval {
     /// The estimate.
     pub value: f64,
     /// The lower end of the interval.
@@ -20,7 +20,7 @@ pub struct Positive {
     pub high: f64,
 }
 
-impl Positive {
+impl LogInterval {
     /// From a logarithm and its standard error.
     fn of_log(log: f64, std_error: f64, dof: f64) -> Self {
         let half = std_error * student::two_sided_t(OUTSIDE, dof);
@@ -35,9 +35,9 @@ fn dof(a: &Slope, b: &Slope) -> f64 {
 
 /// The y of the first line over that of the second, at an x above 0.
 #[must_use]
-pub fn ratio(a: &Slope, b: &Slope, x: f64) -> Positive {
+pub fn ratio(a: &Slope, b: &Slope, x: f64) -> LogInterval {
     let log = a.at(x).ln() - b.at(x).ln();
-    Positive::of_log(log, a.log_error(x).hypot(b.log_error(x)), dof(a, b))
+    LogInterval::of_log(log, a.log_error(x).hypot(b.log_error(x)), dof(a, b))
 }
 
 /// The x at which two lines meet, with its interval by the delta method: the error of the distance of the lines there over
@@ -46,7 +46,7 @@ pub fn ratio(a: &Slope, b: &Slope, x: f64) -> Positive {
 /// `None` if the slopes differ by less than twice the standard error of their difference: then the lines may be parallel,
 /// and an interval of the crossing has no ends (Fieller 1954).
 #[must_use]
-pub fn crossing(a: &Slope, b: &Slope) -> Option<Positive> {
+pub fn crossing(a: &Slope, b: &Slope) -> Option<LogInterval> {
     let steeper = a.slope - b.slope;
     if steeper.abs() <= 2.0 * a.std_error.hypot(b.std_error) {
         return None;
@@ -54,7 +54,7 @@ pub fn crossing(a: &Slope, b: &Slope) -> Option<Positive> {
     let log = (b.level - b.slope * b.anchor - a.level + a.slope * a.anchor) / steeper;
     let x = log.exp();
     let distance = a.log_error(x).hypot(b.log_error(x));
-    (x > 0.0 && x.is_finite()).then(|| Positive::of_log(log, distance / steeper.abs(), dof(a, b)))
+    (x > 0.0 && x.is_finite()).then(|| LogInterval::of_log(log, distance / steeper.abs(), dof(a, b)))
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@
 //! | what a test would have seen | [`power`] | detectable differences, sample sizes |
 //! | a power law through points | [`slope`] | [`Slope`] |
 //! | a curve of predicted shape | [`amplitude`] | [`Amplitudes`] |
-//! | where two power laws meet | [`crossing`] | [`Positive`] |
+//! | where two power laws meet | [`crossing`] | [`LogInterval`] |
 //! | images reduced to tiles | [`tiles`] | [`Tiling`], [`TiledMeans`] |
 //! | "ours equals the reference" | [`verdict`] | [`Verdict`] |
 //!
@@ -51,7 +51,7 @@ mod draws;
 
 pub use amplitude::Amplitudes;
 pub use chi2::Chi2;
-pub use crossing::Positive;
+pub use crossing::LogInterval;
 pub use equivalence::Equivalence;
 pub use estimate::Estimate;
 pub use exact::{ExactMoments, ExactSum};

@@ -18,7 +18,7 @@ pub const OUTSIDE: f64 = 0.05;
 
 /// What is asked of a fit that is to bear out a prediction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Demand {
+pub struct FitCriteria {
     /// The chance that the interval misses a slope that is right.
     pub outside: f64,
     /// The interval must reach less than this to either side, or it decides nothing.
@@ -27,13 +27,13 @@ pub struct Demand {
     pub level: f64,
 }
 
-impl Default for Demand {
+impl Default for FitCriteria {
     fn default() -> Self {
         Self { outside: OUTSIDE, widest: 0.03, level: 0.01 }
     }
 }
 
-impl Demand {
+impl FitCriteria {
     /// The same, shared by so many predictions: if all are right, the chances that any fails stay what they are for one
     /// (Šidák 1967). Intervals become wider by that, and have to be narrow enough all the same.
     #[must_use]
@@ -168,9 +168,9 @@ impl Slope {
     /// Whether the points are a line of the slope that is predicted: it lies in the interval, the interval is narrow enough
     /// to tell, and the residuals are no larger than their errors make them.
     #[must_use]
-    pub fn holds(&self, predicted: f64, demand: &Demand) -> bool {
-        let half_width = self.half_width(demand.outside);
-        (self.slope - predicted).abs() <= half_width && half_width < demand.widest && self.is_straight(demand.level)
+    pub fn holds(&self, predicted: f64, criteria: &FitCriteria) -> bool {
+        let half_width = self.half_width(criteria.outside);
+        (self.slope - predicted).abs() <= half_width && half_width < criteria.widest && self.is_straight(criteria.level)
     }
 
     /// Whether nothing speaks against a straight line at the level; never if the errors are not known.
@@ -264,13 +264,13 @@ mod tests {
 
     #[test]
     fn predictions_share_the_chance_to_fail() {
-        let shared = Demand::default().shared(5);
+        let shared = FitCriteria::default().shared(5);
         assert!(((1.0 - shared.outside).powi(5) - 0.95).abs() < 1e-12);
         assert!(((1.0 - shared.level).powi(5) - 0.99).abs() < 1e-12);
         let points = [1.0, 8.0, 64.0].map(|x: f64| known(x, x.powf(-0.5), 0.01 * x.powf(-0.5)));
         let fit = Slope::weighted(&points).unwrap();
         let beside = -0.5 + 1.1 * fit.half_width;
-        assert!(!fit.holds(beside, &Demand::default()) && fit.holds(beside, &shared), "{fit:?}");
+        assert!(!fit.holds(beside, &FitCriteria::default()) && fit.holds(beside, &shared), "{fit:?}");
     }
 
     #[test]
@@ -323,7 +323,7 @@ mod tests {
         for _ in 0..trials {
             let fit = Slope::weighted(&simulated(&mut draws, seeds, bend)).unwrap();
             let missed = (fit.slope + 0.5).abs() > fit.half_width;
-            let failed = [missed, !fit.is_straight(0.05), !fit.holds(-0.5, &Demand::default())];
+            let failed = [missed, !fit.is_straight(0.05), !fit.holds(-0.5, &FitCriteria::default())];
             for (count, failed) in count.iter_mut().zip(failed) {
                 *count += f64::from(failed) / f64::from(trials);
             }
@@ -356,9 +356,9 @@ mod tests {
     fn a_wide_interval_decides_nothing() {
         let points = [1.0, 2.0, 4.0].map(|x: f64| known(x, x.powf(-0.5), 0.1));
         let fit = Slope::weighted(&points).unwrap();
-        let demand = Demand::default();
-        assert!(fit.half_width > demand.widest && !fit.holds(-0.5, &demand), "{fit:?}");
-        assert!(fit.holds(-0.5, &Demand { widest: 1.0, ..demand }), "{fit:?}");
+        let criteria = FitCriteria::default();
+        assert!(fit.half_width > criteria.widest && !fit.holds(-0.5, &criteria), "{fit:?}");
+        assert!(fit.holds(-0.5, &FitCriteria { widest: 1.0, ..criteria }), "{fit:?}");
     }
 
     proptest! {

@@ -7,43 +7,43 @@ use toml::Spanned;
 
 use super::{
     Study, StudyError,
-    form::{ContestForm, FitForm, MaskForm, MethodForm, Quantity, ReferenceForm, RendererName, SceneForm},
+    spec::{ComparisonSpec, FitSpec, MaskSpec, MethodSpec, Quantity, ReferenceSpec, RendererName, SceneSpec},
 };
 
 /// The fewest runs of a cell from which its scatter is known at all well.
-const FEWEST_SEEDS: u32 = 3;
+const MIN_SEEDS: u32 = 3;
 /// Seeds of a cell have ten bits.
-const MOST_SEEDS: u32 = 1024;
+const MAX_SEEDS: u32 = 1024;
 
 pub(super) fn check(study: &Study) -> Result<(), StudyError> {
-    let form = &study.form;
-    let seeds = *form.seeds.as_ref();
-    let at = form.seeds.span().start;
-    if seeds == 0 || seeds > MOST_SEEDS {
-        return Err(study.fault(at, format!("seeds is {seeds}; write 1 to {MOST_SEEDS}")));
+    let spec = &study.spec;
+    let seeds = *spec.seeds.as_ref();
+    let at = spec.seeds.span().start;
+    if seeds == 0 || seeds > MAX_SEEDS {
+        return Err(study.fault(at, format!("seeds is {seeds}; write 1 to {MAX_SEEDS}")));
     }
-    if seeds < FEWEST_SEEDS && !(form.fits.is_empty() && form.contests.is_empty()) {
+    if seeds < MIN_SEEDS && !(spec.fits.is_empty() && spec.comparisons.is_empty()) {
         let what = format!(
-            "seeds is {seeds}, but [[fit]] and [[compare]] need the scatter between runs; write {FEWEST_SEEDS} or more"
+            "seeds is {seeds}, but [[fit]] and [[compare]] need the scatter between runs; write {MIN_SEEDS} or more"
         );
         return Err(study.fault(at, what));
     }
-    if let Some(first) = &form.first_seed
-        && u64::from(seeds) + first.as_ref() > u64::from(MOST_SEEDS)
+    if let Some(first) = &spec.first_seed
+        && u64::from(seeds) + first.as_ref() > u64::from(MAX_SEEDS)
     {
         let what =
-            format!("first_seed + seeds is more than {MOST_SEEDS}; the seeds of a cell are 0 to {}", MOST_SEEDS - 1);
+            format!("first_seed + seeds is more than {MAX_SEEDS}; the seeds of a cell are 0 to {}", MAX_SEEDS - 1);
         return Err(study.fault(first.span().start, what));
     }
-    not_empty(study, &form.scenes, "[[scene]]")?;
-    not_empty(study, &form.methods, "[[method]]")?;
-    unique(study, form.scenes.as_ref().iter().map(|scene| (scene.name(), scene.file.span().start)), "scene")?;
-    let methods = form.methods.as_ref().iter();
+    not_empty(study, &spec.scenes, "[[scene]]")?;
+    not_empty(study, &spec.methods, "[[method]]")?;
+    unique(study, spec.scenes.as_ref().iter().map(|scene| (scene.name(), scene.file.span().start)), "scene")?;
+    let methods = spec.methods.as_ref().iter();
     unique(study, methods.map(|method| (method.name.as_ref().clone(), method.name.span().start)), "method")?;
-    form.scenes.as_ref().iter().try_for_each(|scene| check_scene(study, scene))?;
-    form.methods.as_ref().iter().try_for_each(|method| check_method(study, method))?;
-    form.fits.iter().try_for_each(|fit| check_fit(study, fit))?;
-    form.contests.iter().try_for_each(|contest| check_contest(study, contest))
+    spec.scenes.as_ref().iter().try_for_each(|scene| check_scene(study, scene))?;
+    spec.methods.as_ref().iter().try_for_each(|method| check_method(study, method))?;
+    spec.fits.iter().try_for_each(|fit| check_fit(study, fit))?;
+    spec.comparisons.iter().try_for_each(|comparison| check_contest(study, comparison))
 }
 
 fn not_empty<T>(study: &Study, list: &Spanned<Vec<T>>, what: &str) -> Result<(), StudyError> {
@@ -71,7 +71,7 @@ fn unique(study: &Study, names: impl Iterator<Item = (String, usize)>, what: &st
     Ok(())
 }
 
-fn check_scene(study: &Study, scene: &SceneForm) -> Result<(), StudyError> {
+fn check_scene(study: &Study, scene: &SceneSpec) -> Result<(), StudyError> {
     let file = study.path(scene.file.as_ref());
     if !file.is_file() {
         let what = format!("there is no scene {}; paths start from the study's folder", file.display());
@@ -79,24 +79,24 @@ fn check_scene(study: &Study, scene: &SceneForm) -> Result<(), StudyError> {
     }
     let at = scene.reference.span().start;
     match scene.reference.as_ref() {
-        ReferenceForm::Folder(folder) if !study.path(folder).is_dir() => {
+        ReferenceSpec::Folder(folder) if !study.path(folder).is_dir() => {
             Err(study.fault(at, format!("there is no folder {}", study.path(folder).display())))
         }
-        ReferenceForm::Image(image) if !study.path(image).is_file() => {
+        ReferenceSpec::Image(image) if !study.path(image).is_file() => {
             Err(study.fault(at, format!("there is no image {}", study.path(image).display())))
         }
-        ReferenceForm::Value(value) if !value.iter().all(|x| x.is_finite()) => {
+        ReferenceSpec::Value(value) if !value.iter().all(|x| x.is_finite()) => {
             Err(study.fault(at, "the value of the reference is not finite; write three numbers"))
         }
-        ReferenceForm::Render(render) if render.spp == 0 || render.seeds == 0 => {
+        ReferenceSpec::Render(render) if render.spp == 0 || render.seeds == 0 => {
             Err(study.fault(at, "the reference takes no samples; write spp and seeds of 1 or more"))
         }
         _ => scene.mask.as_ref().map_or(Ok(()), |mask| check_mask(study, mask)),
     }
 }
 
-fn check_mask(study: &Study, mask: &Spanned<MaskForm>) -> Result<(), StudyError> {
-    let MaskForm { x, y, above, below } = mask.as_ref();
+fn check_mask(study: &Study, mask: &Spanned<MaskSpec>) -> Result<(), StudyError> {
+    let MaskSpec { x, y, above, below } = mask.as_ref();
     let empty = [x, y].into_iter().flatten().any(|[from, to]| from >= to);
     let infinite = [above, below].into_iter().flatten().any(|limit| !limit.is_finite());
     if empty || infinite || (x.is_none() && y.is_none() && above.is_none() && below.is_none()) {
@@ -106,7 +106,7 @@ fn check_mask(study: &Study, mask: &Spanned<MaskForm>) -> Result<(), StudyError>
     Ok(())
 }
 
-fn check_method(study: &Study, method: &MethodForm) -> Result<(), StudyError> {
+fn check_method(study: &Study, method: &MethodSpec) -> Result<(), StudyError> {
     glob(study, &method.scenes)?;
     let here = method.name.span().start;
     if method.renderer == RendererName::Mitsuba && method.integrator.is_none() {
@@ -161,10 +161,10 @@ fn check_method(study: &Study, method: &MethodForm) -> Result<(), StudyError> {
     Ok(())
 }
 
-fn check_fit(study: &Study, fit: &Spanned<FitForm>) -> Result<(), StudyError> {
+fn check_fit(study: &Study, fit: &Spanned<FitSpec>) -> Result<(), StudyError> {
     let (at, fit) = (fit.span().start, fit.as_ref());
-    names(study, &fit.methods, study.form.methods.as_ref().iter().map(|m| m.name.as_ref().clone()), "method")?;
-    names(study, &fit.scenes, study.form.scenes.as_ref().iter().map(SceneForm::name), "scene")?;
+    names(study, &fit.methods, study.spec.methods.as_ref().iter().map(|m| m.name.as_ref().clone()), "method")?;
+    names(study, &fit.scenes, study.spec.scenes.as_ref().iter().map(SceneSpec::name), "scene")?;
     let predictions = [fit.slope.is_some(), fit.slope_within.is_some(), fit.finite_n.is_some(), fit.zero];
     if predictions.into_iter().filter(|given| *given).count() > 1 {
         return Err(study.fault(at, "a fit has one prediction: slope, slope_within, finite_n or zero"));
@@ -197,23 +197,23 @@ fn check_fit(study: &Study, fit: &Spanned<FitForm>) -> Result<(), StudyError> {
     Ok(())
 }
 
-fn check_contest(study: &Study, contest: &Spanned<ContestForm>) -> Result<(), StudyError> {
-    let (at, contest) = (contest.span().start, contest.as_ref());
-    names(study, &contest.scenes, study.form.scenes.as_ref().iter().map(SceneForm::name), "scene")?;
-    for name in contest.methods.as_ref().iter().chain(&contest.lower) {
-        if !study.form.methods.as_ref().iter().any(|method| method.name.as_ref() == name) {
+fn check_contest(study: &Study, comparison: &Spanned<ComparisonSpec>) -> Result<(), StudyError> {
+    let (at, comparison) = (comparison.span().start, comparison.as_ref());
+    names(study, &comparison.scenes, study.spec.scenes.as_ref().iter().map(SceneSpec::name), "scene")?;
+    for name in comparison.methods.as_ref().iter().chain(&comparison.lower) {
+        if !study.spec.methods.as_ref().iter().any(|method| method.name.as_ref() == name) {
             return Err(study.fault(at, format!("no method is called \"{name}\"")));
         }
     }
-    if let Some(lower) = &contest.lower
-        && !contest.methods.as_ref().contains(lower)
+    if let Some(lower) = &comparison.lower
+        && !comparison.methods.as_ref().contains(lower)
     {
         return Err(study.fault(at, format!("lower = \"{lower}\" is none of the two methods")));
     }
-    if contest.y == Quantity::Bias {
+    if comparison.y == Quantity::Bias {
         return Err(study.fault(at, "bias has a sign and no logarithm; compare bias_rms"));
     }
-    if contest.at.is_some_and(|x| !(x > 0.0 && x.is_finite())) {
+    if comparison.at.is_some_and(|x| !(x > 0.0 && x.is_finite())) {
         return Err(study.fault(at, "at is not a finite number above 0"));
     }
     Ok(())
@@ -278,7 +278,11 @@ mod tests {
             ("value = [1", "value = [nan", "not finite"),
             ("value = [1, 1, 1]", "folder = \"nowhere\"", "there is no folder nowhere"),
             ("value = [1, 1, 1]", "image = \"none.exr\"", "there is no image none.exr"),
-            ("value = [1, 1, 1]", "truth = 1", "unknown variant `truth`, expected one of `folder`, `image`"),
+            (
+                "value = [1, 1, 1]",
+                "ground_truth = 1",
+                "unknown variant `ground_truth`, expected one of `folder`, `image`",
+            ),
             ("diffuse-room", "no-room", "there is no scene"),
             ("[1, 4, 16]", "[1, 4, inf]", "s.toml:9:32: what is varied takes whole numbers from 1"),
             ("[1, 4, 16]", "[1, 16, 4]", "what is varied rises"),
@@ -302,7 +306,7 @@ mod tests {
         }
         let twice = format!("{}[[method]]\nname = \"Path\"\nspp = 1\n", study());
         assert!(error(twice).contains("s.toml:14:8: another method is called"));
-        let contest = format!("{}[[compare]]\nmethods = [\"path\", \"paths\"]\n", study());
-        assert!(error(contest).contains("no method is called \"paths\""));
+        let comparison = format!("{}[[compare]]\nmethods = [\"path\", \"paths\"]\n", study());
+        assert!(error(comparison).contains("no method is called \"paths\""));
     }
 }

@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 
 use super::{
     Study,
-    fits::{Fit, Found},
-    form::{Axis, Quantity},
+    fits::{Fit, FitResult},
     plot::{Curve, Dot, Plot},
+    spec::{Axis, Quantity},
     tables::CellFound,
 };
 
@@ -42,7 +42,7 @@ fn drawing(
 ) -> (String, String, Plot) {
     let title = format!("{}{}", y.title(), if masked { " in the mask" } else { "" });
     let mut curves = Vec::new();
-    for (style, method) in study.form.methods.as_ref().iter().enumerate() {
+    for (style, method) in study.spec.methods.as_ref().iter().enumerate() {
         let own = cells.iter().filter(|cell| cell.method == *method.name.as_ref());
         let dots: Vec<Dot> = own.filter_map(|cell| dot(cell, y, masked, axis)).collect();
         if dots.is_empty() {
@@ -51,7 +51,7 @@ fn drawing(
         let belongs = |fit: &&Fit| {
             fit.scene == scene && fit.method == *method.name.as_ref() && (fit.y, fit.masked, fit.x) == (y, masked, axis)
         };
-        let predicts = |fit: &&Fit| fit.predicted_slope.is_some() || matches!(fit.found, Found::Curves { .. });
+        let predicts = |fit: &&Fit| fit.predicted_slope.is_some() || matches!(fit.found, FitResult::Curves { .. });
         let prediction = fits.iter().filter(belongs).find(predicts).map_or_else(Vec::new, |fit| line(fit, &dots));
         curves.push(Curve { label: method.name.as_ref().clone(), style, dots, prediction });
     }

@@ -6,15 +6,15 @@ use rayon::prelude::*;
 
 use super::{
     Plan, Run, Study, StudyError,
-    contest::{self, Contest},
+    comparison::{self, MethodComparison},
+    error_decomposition::{ErrorDecomposition, Uncertain},
     fits::{self, Fit},
+    ground_truth::{GroundTruth, Picture, Target},
     measures::Measures,
     page,
     plan::Cell,
-    record::{self, Record},
-    spread::{Spread, Uncertain},
-    tables::{self, CellFound, Made},
-    truth::{Picture, Target, Truth},
+    record::{self, TableRow},
+    tables::{self, CellFound, RunResult},
 };
 use crate::{
     film::exr::{self, FileError, write_whole},
@@ -26,7 +26,7 @@ use crate::{
 pub struct Evaluation {
     pub(super) cells: Vec<CellFound>,
     pub(super) fits: Vec<Fit>,
-    pub(super) contests: Vec<Contest>,
+    pub(super) comparisons: Vec<MethodComparison>,
     /// Runs that are not there.
     pub missing: usize,
     /// The page.
@@ -37,13 +37,14 @@ impl Evaluation {
     /// A line for each fit and each comparison.
     #[must_use]
     pub fn lines(&self) -> Vec<String> {
-        self.fits.iter().map(Fit::line).chain(self.contests.iter().map(Contest::line)).collect()
+        self.fits.iter().map(Fit::line).chain(self.comparisons.iter().map(MethodComparison::line)).collect()
     }
 
     /// Whether everything holds that the study predicts.
     #[must_use]
     pub fn passed(&self) -> bool {
-        let verdicts = self.fits.iter().map(|fit| fit.holds).chain(self.contests.iter().map(|contest| contest.holds));
+        let verdicts =
+            self.fits.iter().map(|fit| fit.holds).chain(self.comparisons.iter().map(|comparison| comparison.holds));
         verdicts.flatten().all(|holds| holds)
     }
 }
@@ -53,7 +54,7 @@ impl Evaluation {
 pub struct Rows<'s> {
     study: &'s Study,
     plan: &'s Plan,
-    truths: BTreeMap<usize, Truth>,
+    truths: BTreeMap<usize, GroundTruth>,
     /// Whoever adds to the table.
     table: Mutex<()>,
 }
@@ -73,9 +74,9 @@ impl<'s> Rows<'s> {
     fn load(study: &'s Study, plan: &'s Plan) -> Result<Self, StudyError> {
         std::fs::create_dir_all(&plan.folder).map_err(|error| FileError::new(&plan.folder, error))?;
         let mut truths = BTreeMap::new();
-        for index in 0..study.form.scenes.as_ref().len() {
-            if let Some(truth) = Truth::load(study, plan, index)? {
-                truths.insert(index, truth);
+        for index in 0..study.spec.scenes.as_ref().len() {
+            if let Some(ground_truth) = GroundTruth::load(study, plan, index)? {
+                truths.insert(index, ground_truth);
             }
         }
         Ok(Self { study, plan, truths, table: Mutex::new(()) })
@@ -96,12 +97,12 @@ impl<'s> Rows<'s> {
         Ok(())
     }
 
-    fn look(&self, cell: &Cell, run: &Run) -> Result<(Made, Target, Picture), StudyError> {
-        let scene = &self.study.form.scenes.as_ref()[cell.scene];
+    fn look(&self, cell: &Cell, run: &Run) -> Result<(RunResult, Target, Picture), StudyError> {
+        let scene = &self.study.spec.scenes.as_ref()[cell.scene];
         let image = exr::read(&run.output)?;
         let (picture, _) = Picture::of(&run.output, scene.layer.as_deref())?;
         let target = self.truths[&cell.scene].fitted(self.study, scene, &picture, &run.output.display().to_string())?;
-        let made = Made::new(&image, Measures::new(&picture, &target));
+        let made = RunResult::new(&image, Measures::new(&picture, &target));
         Ok((made, target, picture))
     }
 
@@ -109,12 +110,12 @@ impl<'s> Rows<'s> {
     fn cells(&self) -> Result<Vec<(&'s Cell, Seen)>, StudyError> {
         let known = |cell: &&Cell| cell.method.is_some() && self.truths.contains_key(&cell.scene);
         let cells: Vec<&'s Cell> = self.plan.cells.iter().filter(known).collect();
-        let seen = cells.par_iter().map(|cell| Ok((*cell, self.see(cell)?)));
+        let seen = cells.par_iter().map(|cell| Ok((*cell, self.sample_direction(cell)?)));
         let all: Result<Vec<_>, StudyError> = seen.collect();
         Ok(all?.into_iter().filter(|(_, seen)| !seen.rows.is_empty()).collect())
     }
 
-    fn see(&self, cell: &Cell) -> Result<Seen, StudyError> {
+    fn sample_direction(&self, cell: &Cell) -> Result<Seen, StudyError> {
         let mut seen = Seen::default();
         for run in cell.runs.iter().filter(|run| run.is_made()) {
             let (made, target, picture) = self.look(cell, run)?;
@@ -127,7 +128,7 @@ impl<'s> Rows<'s> {
     }
 
     fn write(&self, all: &[(&Cell, Seen)]) -> Result<(), StudyError> {
-        let rows: Vec<Record> = all.iter().flat_map(|(_, seen)| seen.rows.iter().cloned()).collect();
+        let rows: Vec<TableRow> = all.iter().flat_map(|(_, seen)| seen.rows.iter().cloned()).collect();
         Ok(record::write(&self.plan.folder, "rows", &rows)?)
     }
 }
@@ -135,8 +136,8 @@ impl<'s> Rows<'s> {
 /// The runs of a cell.
 #[derive(Default)]
 struct Seen {
-    rows: Vec<Record>,
-    made: Vec<Made>,
+    rows: Vec<TableRow>,
+    made: Vec<RunResult>,
     pictures: Vec<Picture>,
     target: Option<Target>,
 }
@@ -144,19 +145,19 @@ struct Seen {
 impl Seen {
     fn found(&self, study: &Study, cell: &Cell) -> Option<CellFound> {
         let target = self.target.as_ref()?;
-        let form = &study.form.methods.as_ref()[cell.method?];
-        let mean = |value: &dyn Fn(&Made) -> Option<f64>| {
+        let spec = &study.spec.methods.as_ref()[cell.method?];
+        let mean = |value: &dyn Fn(&RunResult) -> Option<f64>| {
             let all: Option<Vec<f64>> = self.made.iter().map(value).collect();
             Uncertain::mean(all?)
         };
         Some(CellFound {
             cell: cell.clone(),
-            scene: study.form.scenes.as_ref()[cell.scene].name(),
-            method: form.name.as_ref().clone(),
-            renderer: form.renderer,
+            scene: study.spec.scenes.as_ref()[cell.scene].name(),
+            method: spec.name.as_ref().clone(),
+            renderer: spec.renderer,
             seeds: self.made.len(),
-            whole: self.spread(target, None),
-            masked: target.mask.as_deref().map(|mask| self.spread(target, Some(mask))),
+            whole: self.error_decomposition(target, None),
+            masked: target.mask.as_deref().map(|mask| self.error_decomposition(target, Some(mask))),
             relative_mse: mean(&|made| Some(made.measures.metrics.relative_mse)),
             flip: mean(&|made| Some(made.measures.flip)),
             ssim: mean(&|made| made.measures.ssim),
@@ -166,13 +167,13 @@ impl Seen {
         })
     }
 
-    fn spread(&self, target: &Target, mask: Option<&[bool]>) -> Spread {
+    fn error_decomposition(&self, target: &Target, mask: Option<&[bool]>) -> ErrorDecomposition {
         let counting = |pixels: &[[f64; 3]]| -> Vec<f64> {
             let counts = |(i, _): &(usize, &[f64; 3])| mask.is_none_or(|mask| mask[*i]);
             pixels.iter().enumerate().filter(counts).flat_map(|(_, pixel)| *pixel).collect()
         };
         let runs: Vec<Vec<f64>> = self.pictures.iter().map(|picture| counting(&picture.pixels)).collect();
-        Spread::new(&runs, &counting(&target.pixels), target.noise.as_deref().map(counting).as_deref())
+        ErrorDecomposition::new(&runs, &counting(&target.pixels), target.noise.as_deref().map(counting).as_deref())
     }
 }
 
@@ -185,18 +186,18 @@ pub fn evaluate(study: &Study, plan: &Plan, command: &str) -> Result<Evaluation,
     let seen = rows.cells()?;
     rows.write(&seen)?;
     let cells: Vec<CellFound> = seen.iter().filter_map(|(cell, seen)| seen.found(study, cell)).collect();
-    let lines: Vec<Record> = cells.iter().map(|cell| cell.record(study)).collect();
+    let lines: Vec<TableRow> = cells.iter().map(|cell| cell.record(study)).collect();
     record::write(&plan.folder, "cells", &lines)?;
     let fits = fits::all(study, &cells);
-    let contests = contest::all(study, &cells);
+    let comparisons = comparison::all(study, &cells);
     let json = serde_json::json!({
-        "study": study.name, "command": command, "version": provenance::version(), "fits": fits, "comparisons": contests,
+        "study": study.name, "command": command, "version": provenance::version(), "fits": fits, "comparisons": comparisons,
     });
     let text = serde_json::to_string_pretty(&json).expect("fits are plain data");
     write_whole(&plan.folder.join("fits.json"), text.as_bytes())?;
     let missing = plan.runs().filter(|run| !run.is_made()).count();
     let page = plan.folder.join("index.html");
-    let evaluation = Evaluation { cells, fits, contests, missing, page };
+    let evaluation = Evaluation { cells, fits, comparisons, missing, page };
     page::write(study, plan, &evaluation, command)?;
     Ok(evaluation)
 }

@@ -5,13 +5,13 @@ use serde::Serialize;
 
 use super::{
     Study,
-    form::{Axis, FitForm, Quantity, RendererName},
+    spec::{Axis, FitSpec, Quantity, RendererName},
     tables::CellFound,
     theory::Curve,
 };
 use crate::{
     report::number::significant,
-    stats::{Amplitudes, Chi2, Point, Slope, amplitude, slope::Demand},
+    stats::{Amplitudes, Chi2, Point, Slope, amplitude, slope::FitCriteria},
 };
 
 /// What a fit of one method on one scene has found.
@@ -27,7 +27,7 @@ pub(super) struct Fit {
     pub(super) x_name: String,
     /// In words; empty if nothing is predicted.
     pub(super) predicted: String,
-    pub(super) found: Found,
+    pub(super) found: FitResult,
     /// Where the prediction is drawn: the slope through the level that was found.
     pub(super) predicted_slope: Option<f64>,
     /// None if nothing is predicted, or nothing was rendered by a renderer that is not ours.
@@ -35,14 +35,14 @@ pub(super) struct Fit {
     /// Why it does not hold.
     pub(super) why: String,
     /// What is asked of it.
-    pub(super) demand: Demand,
+    pub(super) criteria: FitCriteria,
     pub(super) points: Vec<Point>,
 }
 
 /// The numbers of a fit.
 #[derive(Clone, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum Found {
+pub(super) enum FitResult {
     /// A straight line.
     Slope(Slope),
     /// Amplitudes of predicted curves.
@@ -55,14 +55,14 @@ pub(super) enum Found {
 
 /// All fits of a study, one for each scene and method that matches.
 pub(super) fn all(study: &Study, cells: &[CellFound]) -> Vec<Fit> {
-    let series: Vec<_> = study.form.fits.iter().flat_map(|form| series_of(study, form.as_ref(), cells)).collect();
+    let series: Vec<_> = study.spec.fits.iter().flat_map(|spec| series_of(study, spec.as_ref(), cells)).collect();
     // Predictions about renderers of which there is nothing are left out, and share nothing.
-    let predictions = series.iter().filter(|series| series.form.is_prediction() && !series.is_left_out()).count();
-    let demand = Demand::default().shared(predictions);
-    series.into_iter().map(|series| series.fit(demand)).collect()
+    let predictions = series.iter().filter(|series| series.spec.is_prediction() && !series.is_left_out()).count();
+    let criteria = FitCriteria::default().shared(predictions);
+    series.into_iter().map(|series| series.fit(criteria)).collect()
 }
 
-impl FitForm {
+impl FitSpec {
     fn is_prediction(&self) -> bool {
         self.slope.is_some() || self.slope_within.is_some() || self.finite_n.is_some() || self.zero
     }
@@ -75,7 +75,7 @@ impl FitForm {
 
 /// The cells of a method on a scene, in the order of x.
 struct Series<'c> {
-    form: &'c FitForm,
+    spec: &'c FitSpec,
     scene: String,
     method: String,
     renderer: RendererName,
@@ -83,21 +83,21 @@ struct Series<'c> {
     cells: Vec<&'c CellFound>,
 }
 
-fn series_of<'c>(study: &'c Study, form: &'c FitForm, cells: &'c [CellFound]) -> Vec<Series<'c>> {
+fn series_of<'c>(study: &'c Study, spec: &'c FitSpec, cells: &'c [CellFound]) -> Vec<Series<'c>> {
     let pattern = |text: &str| Pattern::new(text).expect("patterns were checked");
-    let (scenes, methods) = (pattern(form.scenes.as_ref()), pattern(form.methods.as_ref()));
+    let (scenes, methods) = (pattern(spec.scenes.as_ref()), pattern(spec.methods.as_ref()));
     let mut all = Vec::new();
-    for scene in study.form.scenes.as_ref().iter().map(super::form::SceneForm::name).filter(|name| scenes.matches(name))
+    for scene in study.spec.scenes.as_ref().iter().map(super::spec::SceneSpec::name).filter(|name| scenes.matches(name))
     {
-        for method in study.form.methods.as_ref() {
+        for method in study.spec.methods.as_ref() {
             let name = method.name.as_ref();
             if !methods.matches(name) || !pattern(method.scenes.as_ref()).matches(&scene) {
                 continue;
             }
-            let within = |x: f64| form.range.is_none_or(|[low, high]| (low..=high).contains(&x));
+            let within = |x: f64| spec.range.is_none_or(|[low, high]| (low..=high).contains(&x));
             let of = |cell: &&CellFound| cell.scene == scene && cell.method == *name && within(cell.cell.x);
             all.push(Series {
-                form,
+                spec,
                 scene: scene.clone(),
                 method: name.clone(),
                 renderer: method.renderer,
@@ -124,61 +124,61 @@ impl Series<'_> {
         self.cells.is_empty() && self.renderer != RendererName::Etendue
     }
 
-    fn fit(&self, demand: Demand) -> Fit {
-        let form = self.form;
-        let demand = Demand { widest: form.half_width.unwrap_or(demand.widest), ..demand };
+    fn fit(&self, criteria: FitCriteria) -> Fit {
+        let spec = self.spec;
+        let criteria = FitCriteria { widest: spec.half_width.unwrap_or(criteria.widest), ..criteria };
         let points: Vec<Point> =
-            self.cells.iter().filter_map(|cell| point(cell, form.y, form.masked, form.x)).collect();
+            self.cells.iter().filter_map(|cell| point(cell, spec.y, spec.masked, spec.x)).collect();
         let found = self.found(&points);
         // A point that has no logarithm is missed too.
         let complete = points.len() == self.cells.len() && !points.is_empty();
-        let why = if self.is_left_out() { String::new() } else { self.why(&found, complete, &demand) };
+        let why = if self.is_left_out() { String::new() } else { self.why(&found, complete, &criteria) };
         Fit {
-            name: form.title(),
+            name: spec.title(),
             scene: self.scene.clone(),
             method: self.method.clone(),
-            y: form.y,
-            masked: form.masked,
-            x: form.x,
+            y: spec.y,
+            masked: spec.masked,
+            x: spec.x,
             x_name: self.x_name.clone(),
             predicted: self.predicted(),
-            predicted_slope: form.slope,
-            holds: (form.is_prediction() && !self.is_left_out()).then_some(why.is_empty()),
+            predicted_slope: spec.slope,
+            holds: (spec.is_prediction() && !self.is_left_out()).then_some(why.is_empty()),
             found,
             why,
-            demand,
+            criteria,
             points,
         }
     }
 
-    fn found(&self, points: &[Point]) -> Found {
-        let form = self.form;
-        if form.zero {
-            return if points.is_empty() { Found::Nothing } else { Found::Zero(amplitude::all_zero(points)) };
+    fn found(&self, points: &[Point]) -> FitResult {
+        let spec = self.spec;
+        if spec.zero {
+            return if points.is_empty() { FitResult::Nothing } else { FitResult::Zero(amplitude::all_zero(points)) };
         }
-        let Some(curves) = &form.finite_n else {
-            return Slope::weighted(points).map_or(Found::Nothing, Found::Slope);
+        let Some(curves) = &spec.finite_n else {
+            return Slope::weighted(points).map_or(FitResult::Nothing, FitResult::Slope);
         };
         let values: Vec<Vec<f64>> = curves.iter().map(|curve| points.iter().map(|p| curve.at(p.x)).collect()).collect();
         let fit = Amplitudes::fit(points, &values);
-        fit.map_or(Found::Nothing, |fit| Found::Curves { curves: curves.clone(), fit })
+        fit.map_or(FitResult::Nothing, |fit| FitResult::Curves { curves: curves.clone(), fit })
     }
 
     /// The prediction in words.
     fn predicted(&self) -> String {
-        let form = self.form;
-        if form.zero {
+        let spec = self.spec;
+        if spec.zero {
             return "0".into();
         }
-        if let Some(curves) = &form.finite_n {
-            let factor = |i: usize| form.amplitudes.get(i).map_or(["a", "b"][i].to_owned(), |x| significant(*x, 5));
+        if let Some(curves) = &spec.finite_n {
+            let factor = |i: usize| spec.amplitudes.get(i).map_or(["a", "b"][i].to_owned(), |x| significant(*x, 5));
             let part = |(i, curve): (usize, &Curve)| match curve {
                 Curve::Constant => factor(i),
                 _ => format!("{} · {}", factor(i), curve.words()),
             };
             return curves.iter().enumerate().map(part).collect::<Vec<_>>().join(" + ");
         }
-        match (form.slope, form.slope_within) {
+        match (spec.slope, spec.slope_within) {
             (Some(slope), _) => format!("slope {}", significant(slope, 4)),
             (_, Some([low, high])) => format!("slope between {low} and {high}"),
             _ => String::new(),
@@ -186,47 +186,47 @@ impl Series<'_> {
     }
 
     /// Why the prediction does not hold; empty if it does, or there is none.
-    fn why(&self, found: &Found, complete: bool, demand: &Demand) -> String {
-        let form = self.form;
+    fn why(&self, found: &FitResult, complete: bool, criteria: &FitCriteria) -> String {
+        let spec = self.spec;
         let mut reasons = Vec::new();
         let mut unless = |fine: bool, reason: String| {
             if !fine {
                 reasons.push(reason);
             }
         };
-        if !form.is_prediction() {
+        if !spec.is_prediction() {
             return String::new();
         }
         unless(complete, "not every cell has a value with a standard error".into());
         let chi2 = match found {
-            Found::Nothing => {
+            FitResult::Nothing => {
                 unless(false, "there are too few points to fit, or values without logarithm".into());
                 None
             }
-            Found::Zero(chi2) => Some(*chi2),
-            Found::Slope(slope) => {
-                let half = slope.half_width(demand.outside);
-                if let Some(predicted) = form.slope {
+            FitResult::Zero(chi2) => Some(*chi2),
+            FitResult::Slope(slope) => {
+                let half = slope.half_width(criteria.outside);
+                if let Some(predicted) = spec.slope {
                     unless(
                         (slope.slope - predicted).abs() <= half,
                         "the prediction lies outside of the interval".into(),
                     );
                 }
-                if let Some([low, high]) = form.slope_within {
+                if let Some([low, high]) = spec.slope_within {
                     let inside = low <= slope.slope - half && slope.slope + half <= high;
                     unless(inside, "the interval of the slope reaches out of the range".into());
                 }
-                let widest = demand.widest;
+                let widest = criteria.widest;
                 unless(
-                    form.slope.is_none() || half < widest,
+                    spec.slope.is_none() || half < widest,
                     format!("the interval is wider than {widest}: it decides nothing"),
                 );
                 // A range says nothing of straightness.
-                slope.residuals.filter(|_| form.slope.is_some())
+                slope.residuals.filter(|_| spec.slope.is_some())
             }
-            Found::Curves { fit, .. } => {
-                for (found, predicted) in fit.amplitudes.iter().zip(&form.amplitudes) {
-                    let half = found.half_width(demand.outside, fit.dof);
+            FitResult::Curves { fit, .. } => {
+                for (found, predicted) in fit.amplitudes.iter().zip(&spec.amplitudes) {
+                    let half = found.half_width(criteria.outside, fit.dof);
                     unless(
                         (found.value - predicted).abs() <= half,
                         format!("the amplitude {predicted} lies outside of the interval"),
@@ -237,7 +237,7 @@ impl Series<'_> {
         };
         if let Some(chi2) = chi2 {
             unless(
-                chi2.p > demand.level,
+                chi2.p > criteria.level,
                 format!("the points scatter more than their errors let them (p = {:.2e})", chi2.p),
             );
         }
@@ -245,7 +245,7 @@ impl Series<'_> {
     }
 }
 
-impl Found {
+impl FitResult {
     /// What was found, in words.
     pub(super) fn words(&self) -> String {
         match self {
@@ -289,14 +289,14 @@ impl Fit {
     /// What the fit gives at an x.
     pub(super) fn at(&self, x: f64) -> Option<f64> {
         match &self.found {
-            Found::Slope(slope) => match self.predicted_slope {
+            FitResult::Slope(slope) => match self.predicted_slope {
                 Some(predicted) => Some((slope.level + predicted * (x.ln() - slope.anchor)).exp()),
                 None => Some(slope.at(x)),
             },
-            Found::Curves { curves, fit } => {
+            FitResult::Curves { curves, fit } => {
                 Some(curves.iter().zip(&fit.amplitudes).map(|(curve, a)| a.value * curve.at(x)).sum())
             }
-            Found::Zero(_) | Found::Nothing => None,
+            FitResult::Zero(_) | FitResult::Nothing => None,
         }
     }
 }

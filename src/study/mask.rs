@@ -1,18 +1,18 @@
 //! Which pixels count.
 
-use super::form::MaskForm;
+use super::spec::MaskSpec;
 use crate::stats::tiles::luminance;
 
 /// Marks the pixels of an image that lie in the rectangle and between the luminances of a mask.
-pub(super) fn mark(form: &MaskForm, width: usize, reference: &[[f64; 3]]) -> Vec<bool> {
+pub(super) fn mark(spec: &MaskSpec, width: usize, reference: &[[f64; 3]]) -> Vec<bool> {
     let within =
         |range: Option<[u32; 2]>, at: usize| range.is_none_or(|[from, to]| (from as usize..to as usize).contains(&at));
     let counts = |(i, pixel): (usize, &[f64; 3])| {
         let y = luminance(*pixel);
-        within(form.x, i % width)
-            && within(form.y, i / width)
-            && form.above.is_none_or(|limit| y > limit)
-            && form.below.is_none_or(|limit| y < limit)
+        within(spec.x, i % width)
+            && within(spec.y, i / width)
+            && spec.above.is_none_or(|limit| y > limit)
+            && spec.below.is_none_or(|limit| y < limit)
     };
     reference.iter().enumerate().map(counts).collect()
 }
@@ -24,12 +24,12 @@ mod tests {
     #[test]
     fn rectangles_and_luminances() {
         let image: Vec<[f64; 3]> = (0..6).map(|i| [f64::from(i); 3]).collect();
-        let marked = |form: MaskForm| {
-            let marks = mark(&form, 3, &image);
+        let marked = |spec: MaskSpec| {
+            let marks = mark(&spec, 3, &image);
             (0..6).filter(|i| marks[*i]).collect::<Vec<_>>()
         };
-        assert_eq!(marked(MaskForm { x: Some([1, 3]), ..MaskForm::default() }), [1, 2, 4, 5]);
-        assert_eq!(marked(MaskForm { y: Some([1, 9]), above: Some(3.5), ..MaskForm::default() }), [4, 5]);
-        assert_eq!(marked(MaskForm { below: Some(1.5), above: Some(0.5), ..MaskForm::default() }), [1]);
+        assert_eq!(marked(MaskSpec { x: Some([1, 3]), ..MaskSpec::default() }), [1, 2, 4, 5]);
+        assert_eq!(marked(MaskSpec { y: Some([1, 9]), above: Some(3.5), ..MaskSpec::default() }), [4, 5]);
+        assert_eq!(marked(MaskSpec { below: Some(1.5), above: Some(0.5), ..MaskSpec::default() }), [1]);
     }
 }

@@ -1,8 +1,9 @@
 //! One image against what it should be.
 
 use super::{
-    flip, ssim,
-    truth::{Picture, Target},
+    flip,
+    ground_truth::{Picture, Target},
+    ssim,
 };
 use crate::{
     comparison::{Metrics, TILE},

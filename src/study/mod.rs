@@ -6,15 +6,15 @@
 //!
 //! | part | file |
 //! |---|---|
-//! | the form of the file, and what is refused | `form`, `check` |
+//! | the form of the file, and what is refused | `spec`, `check` |
 //! | cells and runs, their seeds and command lines | [`plan`] |
 //! | a run, whether it is there, and how it is made | [`run`] |
-//! | what the images should be, and which pixels count | `truth`, `mask` |
+//! | what the images should be, and which pixels count | `ground_truth`, `mask` |
 //! | one image against the truth | `measures`, `flip`, `ssim` |
-//! | the images of a cell together: variance and bias apart | `spread` |
+//! | the images of a cell together: variance and bias apart | `error_decomposition` |
 //! | tables that people and programs read | `record`, `tables` |
 //! | closed list of predicted curves | `theory` |
-//! | slopes, amplitudes, crossings, and whether predictions hold | `fits`, `contest` |
+//! | slopes, amplitudes, crossings, and whether predictions hold | `fits`, `comparison` |
 //! | drawings and the page | `plot`, `drawings`, `page` |
 //!
 //! # Errors that are stated
@@ -32,12 +32,12 @@
 //! adds to those of MSE and squared bias is added in quadrature.
 
 mod check;
-mod contest;
+mod comparison;
 mod drawings;
 pub mod evaluate;
 mod fits;
 mod flip;
-mod form;
+mod spec;
 mod mask;
 mod measures;
 mod page;
@@ -45,23 +45,23 @@ pub mod plan;
 mod plot;
 mod record;
 pub mod run;
-mod spread;
+mod error_decomposition;
 mod ssim;
 mod tables;
 mod theory;
-mod truth;
+mod ground_truth;
 
 pub use evaluate::Evaluation;
-pub use form::Study;
 pub use plan::Plan;
 pub use run::Run;
+pub use spec::Study;
 
 use std::path::PathBuf;
 
 use crate::{
     comparison::{ComparisonError, ReferenceError},
     film::exr::FileError,
-    node::SceneError,
+    scene_file::SceneError,
 };
 
 /// Why a study cannot go on; one line.
@@ -69,7 +69,7 @@ use crate::{
 pub enum StudyError {
     /// What the file of the study says.
     #[error("{}:{line}:{column}: {what}", file.display())]
-    Form {
+    StudySpec {
         /// The file.
         file: PathBuf,
         /// From 1.

@@ -5,11 +5,11 @@ use serde::Serialize;
 
 use super::{
     Evaluation, Plan, Study, StudyError,
-    contest::Contest,
+    comparison::MethodComparison,
     drawings,
-    fits::{Fit, Found},
-    form::Quantity,
-    spread::Uncertain,
+    error_decomposition::Uncertain,
+    fits::{Fit, FitResult},
+    spec::Quantity,
     tables::CellFound,
 };
 use crate::{
@@ -23,7 +23,7 @@ use crate::{
 struct Page<'s> {
     style: &'static str,
     title: &'s str,
-    about: Vec<&'s str>,
+    description: Vec<&'s str>,
     name: &'s str,
     version: String,
     made: String,
@@ -34,9 +34,9 @@ struct Page<'s> {
     predictions: usize,
     failed: usize,
     /// What the predictions share.
-    demand: Option<DemandView>,
+    criteria: Option<DemandView>,
     fits: Vec<FitView>,
-    contests: Vec<ContestView>,
+    comparisons: Vec<ContestView>,
     scenes: Vec<SceneView>,
 }
 
@@ -126,8 +126,8 @@ struct RowView {
 /// If they cannot be written.
 pub(super) fn write(study: &Study, plan: &Plan, evaluation: &Evaluation, command: &str) -> Result<(), StudyError> {
     let mut scenes = Vec::new();
-    for form in study.form.scenes.as_ref() {
-        let name = form.name();
+    for spec in study.spec.scenes.as_ref() {
+        let name = spec.name();
         let cells: Vec<&CellFound> = evaluation.cells.iter().filter(|cell| cell.scene == name).collect();
         let mut plots = Vec::new();
         for (file, words, plot) in drawings::of_scene(study, &name, &cells, &evaluation.fits) {
@@ -138,7 +138,7 @@ pub(super) fn write(study: &Study, plan: &Plan, evaluation: &Evaluation, command
         }
         scenes.push(SceneView {
             reference: reference(study, &name, &cells),
-            masked: form.mask.is_some(),
+            masked: spec.mask.is_some(),
             rows: cells.iter().map(|cell| RowView::new(cell)).collect(),
             plots,
             name,
@@ -155,26 +155,26 @@ impl<'s> Page<'s> {
     fn new(study: &'s Study, evaluation: &Evaluation, command: &'s str, scenes: Vec<SceneView>) -> Self {
         let fits = evaluation.fits.iter().map(|fit| fit.holds);
         let verdicts: Vec<bool> =
-            fits.chain(evaluation.contests.iter().map(|contest| contest.holds)).flatten().collect();
+            fits.chain(evaluation.comparisons.iter().map(|comparison| comparison.holds)).flatten().collect();
         let judged = evaluation.fits.iter().find(|fit| fit.holds.is_some());
         Self {
             style: include_str!("../report/style.css"),
             title: study.title(),
-            about: study.form.about.split("\n\n").map(str::trim).filter(|text| !text.is_empty()).collect(),
+            description: study.spec.description.split("\n\n").map(str::trim).filter(|text| !text.is_empty()).collect(),
             name: &study.name,
             version: provenance::version(),
             made: report::now(),
             command,
-            seeds: *study.form.seeds.as_ref(),
+            seeds: *study.spec.seeds.as_ref(),
             missing: evaluation.missing,
             predictions: verdicts.len(),
             failed: verdicts.iter().filter(|holds| !**holds).count(),
-            demand: judged.map(|fit| DemandView {
-                confidence: number::significant(100.0 * (1.0 - fit.demand.outside), 4),
-                level: number::significant(fit.demand.level, 2),
+            criteria: judged.map(|fit| DemandView {
+                confidence: number::significant(100.0 * (1.0 - fit.criteria.outside), 4),
+                level: number::significant(fit.criteria.level, 2),
             }),
             fits: evaluation.fits.iter().map(FitView::new).collect(),
-            contests: evaluation.contests.iter().map(ContestView::new).collect(),
+            comparisons: evaluation.comparisons.iter().map(ContestView::new).collect(),
             scenes,
         }
     }
@@ -185,12 +185,12 @@ impl FitView {
         let with =
             |value: f64, half: f64| format!("{} ± {}", number::significant(value, 5), number::significant(half, 2));
         let found = match &fit.found {
-            Found::Slope(s) => format!("slope {}", with(s.slope, s.half_width)),
-            Found::Curves { fit, .. } => {
+            FitResult::Slope(s) => format!("slope {}", with(s.slope, s.half_width)),
+            FitResult::Curves { fit, .. } => {
                 let all: Vec<_> = fit.amplitudes.iter().map(|a| with(a.value, a.half_width)).collect();
                 format!("amplitude{} {}", if all.len() == 1 { "" } else { "s" }, all.join(" and "))
             }
-            Found::Zero(_) | Found::Nothing => fit.found.words(),
+            FitResult::Zero(_) | FitResult::Nothing => fit.found.words(),
         };
         Self {
             name: fit.name.clone(),
@@ -213,17 +213,17 @@ impl FitView {
 }
 
 impl ContestView {
-    fn new(contest: &Contest) -> Self {
-        let [a, b] = &contest.methods;
-        let masked = if contest.masked { " in the mask" } else { "" };
+    fn new(comparison: &MethodComparison) -> Self {
+        let [a, b] = &comparison.methods;
+        let masked = if comparison.masked { " in the mask" } else { "" };
         Self {
             methods: format!("{a} over {b}"),
-            scene: contest.scene.clone(),
-            what: format!("{}{masked}", contest.y.title()),
-            found: contest.words(),
-            predicted: contest.lower.as_ref().map_or(String::new(), |lower| format!("{lower} is lower")),
-            verdict: Verdict::new(contest.holds),
-            why: contest.why.clone(),
+            scene: comparison.scene.clone(),
+            what: format!("{}{masked}", comparison.y.title()),
+            found: comparison.words(),
+            predicted: comparison.lower.as_ref().map_or(String::new(), |lower| format!("{lower} is lower")),
+            verdict: Verdict::new(comparison.holds),
+            why: comparison.why.clone(),
         }
     }
 }
@@ -258,10 +258,10 @@ impl RowView {
 
 /// What the scene is held to, and how noisy that is.
 fn reference(study: &Study, name: &str, cells: &[&CellFound]) -> String {
-    use super::form::ReferenceForm::{Folder, Image, Render, Value};
-    let Some(form) = study.form.scenes.as_ref().iter().find(|scene| scene.name() == name) else { return String::new() };
-    let what = match form.reference.as_ref() {
-        Value([r, g, b]) => format!("a closed form, ({r}, {g}, {b}) everywhere"),
+    use super::spec::ReferenceSpec::{Folder, Image, Render, Value};
+    let Some(spec) = study.spec.scenes.as_ref().iter().find(|scene| scene.name() == name) else { return String::new() };
+    let what = match spec.reference.as_ref() {
+        Value([r, g, b]) => format!("a closed spec, ({r}, {g}, {b}) everywhere"),
         Folder(folder) => format!("the reference {}", study.path(folder).display()),
         Image(file) => format!("the image {}", study.path(file).display()),
         Render(render) => format!(
@@ -278,6 +278,6 @@ fn reference(study: &Study, name: &str, cells: &[&CellFound]) -> String {
         }
         _ => String::new(),
     };
-    let layer = form.layer.as_ref().map_or(String::new(), |layer| format!(" The layer is {layer}."));
+    let layer = spec.layer.as_ref().map_or(String::new(), |layer| format!(" The layer is {layer}."));
     format!("Held to {what}{noise}.{layer}")
 }

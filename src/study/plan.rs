@@ -10,10 +10,10 @@ use sha2::{Digest as _, Sha256};
 
 use super::{
     Study, StudyError,
-    form::{MethodForm, ReferenceForm, RendererName, Scalar, SceneForm},
     run::{OtherRenderer, Run},
+    spec::{MethodSpec, ReferenceSpec, RendererName, Scalar, SceneSpec},
 };
-use crate::{film::exr, node::xml, provenance};
+use crate::{film::exr, provenance, scene_file::xml};
 
 /// All that a study needs, in the order of its file.
 #[derive(Debug)]
@@ -64,10 +64,10 @@ impl Plan {
     /// If a scene cannot be read, or two cells would share seeds.
     pub fn new(study: &Study, folder: &Path) -> Result<Self, StudyError> {
         let mut cells = Vec::new();
-        for (index, scene) in study.form.scenes.as_ref().iter().enumerate() {
+        for (index, scene) in study.spec.scenes.as_ref().iter().enumerate() {
             let builder = Builder { study, folder, index, scene };
             cells.extend(builder.reference()?);
-            for (number, method) in study.form.methods.as_ref().iter().enumerate() {
+            for (number, method) in study.spec.methods.as_ref().iter().enumerate() {
                 let pattern = Pattern::new(method.scenes.as_ref()).expect("patterns were checked");
                 if pattern.matches(&scene.name()) {
                     cells.extend(builder.cells(number, method)?);
@@ -89,7 +89,7 @@ impl Plan {
         let mut seen = BTreeSet::new();
         for cell in &self.cells {
             if !cell.runs.iter().all(|run| seen.insert((cell.scene, run.seed))) {
-                let at = study.form.methods.span().start;
+                let at = study.spec.methods.span().start;
                 return Err(study.fault(at, format!("{} shares seeds with another cell; rename its method", cell.id)));
             }
         }
@@ -102,11 +102,11 @@ struct Builder<'s> {
     study: &'s Study,
     folder: &'s Path,
     index: usize,
-    scene: &'s SceneForm,
+    scene: &'s SceneSpec,
 }
 
 /// What a run is made with.
-struct Making<'m> {
+struct RunSpec<'m> {
     method: &'m str,
     renderer: RendererName,
     variant: Option<String>,
@@ -120,24 +120,24 @@ struct Making<'m> {
 impl Builder<'_> {
     /// The cell of the runs that are the reference, if any are.
     fn reference(&self) -> Result<Option<Cell>, StudyError> {
-        let ReferenceForm::Render(form) = self.scene.reference.as_ref() else { return Ok(None) };
-        let making = Making {
+        let ReferenceSpec::Render(spec) = self.scene.reference.as_ref() else { return Ok(None) };
+        let run = RunSpec {
             method: REFERENCE,
             renderer: RendererName::Etendue,
             variant: None,
-            integrator: form.integrator.as_ref(),
-            sampler: form.sampler.as_ref(),
-            params: texts(&form.params),
-            defines: self.defines(&form.defines),
-            spp: form.spp,
+            integrator: spec.integrator.as_ref(),
+            sampler: spec.sampler.as_ref(),
+            params: texts(&spec.params),
+            defines: self.defines(&spec.defines),
+            spp: spec.spp,
         };
         let id = format!("{}.{REFERENCE}", identifier(&self.scene.name()));
-        let first = form.seed.unwrap_or_else(|| first_seed(&id));
-        let seeds: Vec<u64> = (first..first.saturating_add(form.seeds.into())).collect();
-        self.cell(id, None, ("spp".into(), f64::from(form.spp)), &making, &seeds).map(Some)
+        let first = spec.seed.unwrap_or_else(|| first_seed(&id));
+        let seeds: Vec<u64> = (first..first.saturating_add(spec.seeds.into())).collect();
+        self.cell(id, None, ("spp".into(), f64::from(spec.spp)), &run, &seeds).map(Some)
     }
 
-    fn cells(&self, number: usize, method: &MethodForm) -> Result<Vec<Cell>, StudyError> {
+    fn cells(&self, number: usize, method: &MethodSpec) -> Result<Vec<Cell>, StudyError> {
         let fixed = method.spp.as_ref().map_or(1, |spp| *spp.as_ref());
         let (name, values) = match &method.vary {
             Some(vary) => (vary.name.as_ref().as_str(), vary.values.as_ref().clone()),
@@ -146,7 +146,7 @@ impl Builder<'_> {
         values.into_iter().map(|x| self.cell_at(number, method, name, x, fixed)).collect()
     }
 
-    fn cell_at(&self, number: usize, method: &MethodForm, name: &str, x: f64, fixed: u32) -> Result<Cell, StudyError> {
+    fn cell_at(&self, number: usize, method: &MethodSpec, name: &str, x: f64, fixed: u32) -> Result<Cell, StudyError> {
         let mut params = texts(&method.params);
         let mut defines = self.defines(&method.defines);
         let mut spp = fixed;
@@ -158,7 +158,7 @@ impl Builder<'_> {
         for (name, scale) in &method.scale {
             params.insert(name.clone(), scale.as_ref().value(x).to_string());
         }
-        let making = Making {
+        let spec = RunSpec {
             method: method.name.as_ref(),
             renderer: method.renderer,
             variant: method.variant.clone(),
@@ -168,10 +168,10 @@ impl Builder<'_> {
             defines,
             spp,
         };
-        let id = format!("{}.{}.{x}", identifier(&self.scene.name()), identifier(making.method));
-        let first = first_seed(&id) + self.study.form.first_seed.as_ref().map_or(0, |first| *first.as_ref());
-        let seeds: Vec<u64> = (first..first + u64::from(*self.study.form.seeds.as_ref())).collect();
-        self.cell(id, Some(number), (name.to_owned(), x), &making, &seeds)
+        let id = format!("{}.{}.{x}", identifier(&self.scene.name()), identifier(spec.method));
+        let first = first_seed(&id) + self.study.spec.first_seed.as_ref().map_or(0, |first| *first.as_ref());
+        let seeds: Vec<u64> = (first..first + u64::from(*self.study.spec.seeds.as_ref())).collect();
+        self.cell(id, Some(number), (name.to_owned(), x), &spec, &seeds)
     }
 
     fn cell(
@@ -179,40 +179,40 @@ impl Builder<'_> {
         id: String,
         method: Option<usize>,
         (x_name, x): (String, f64),
-        making: &Making<'_>,
+        spec: &RunSpec<'_>,
         seeds: &[u64],
     ) -> Result<Cell, StudyError> {
         let file = self.study.path(self.scene.file.as_ref());
-        let defines: Vec<(String, String)> = making.defines.clone().into_iter().collect();
+        let defines: Vec<(String, String)> = spec.defines.clone().into_iter().collect();
         let document = xml::read(&file, &defines)?;
         let hash = provenance::scene_hash(&document).map_err(|error| exr::FileError::new(&file, error))?;
-        let parameters = making.parameters();
+        let parameters = spec.parameters();
         let header = |seed: u64| {
             let texts = [
                 ("etendue.scene_sha256", Some(hash.clone())),
-                ("etendue.integrator", making.integrator.cloned()),
-                ("etendue.sampler", making.sampler.cloned()),
+                ("etendue.integrator", spec.integrator.cloned()),
+                ("etendue.sampler", spec.sampler.cloned()),
                 ("etendue.parameters", Some(parameters.clone())),
-                ("etendue.spp", Some(making.spp.to_string())),
+                ("etendue.spp", Some(spec.spp.to_string())),
                 ("etendue.seed", Some(seed.to_string())),
             ];
             texts.into_iter().filter_map(|(name, text)| Some((name, text?))).collect()
         };
-        let ours = making.renderer == RendererName::Etendue;
+        let ours = spec.renderer == RendererName::Etendue;
         let run = |&seed: &u64| Run {
             cell: id.clone(),
             scene: file.display().to_string(),
-            method: making.method.to_owned(),
-            renderer: making.renderer,
+            method: spec.method.to_owned(),
+            renderer: spec.renderer,
             x,
             seed,
             output: self.folder.join("runs").join(&id).join(format!("seed-{seed}.exr")),
-            arguments: ours.then(|| making.arguments(&file, seed)),
-            other: (!ours).then(|| making.other()),
+            arguments: ours.then(|| spec.arguments(&file, seed)),
+            other: (!ours).then(|| spec.other()),
             header: header(seed),
         };
         let runs = seeds.iter().map(run).collect();
-        Ok(Cell { scene: self.index, method, x_name, x, spp: making.spp, parameters, runs, id })
+        Ok(Cell { scene: self.index, method, x_name, x, spp: spec.spp, parameters, runs, id })
     }
 
     /// What the scene's parameters are, those of the method before those of the scene.
@@ -223,7 +223,7 @@ impl Builder<'_> {
     }
 }
 
-impl Making<'_> {
+impl RunSpec<'_> {
     /// As the header of the image has them.
     fn parameters(&self) -> String {
         let pairs: Vec<_> = self.params.iter().chain(&self.defines).map(|(n, v)| format!("{n}={v}")).collect();
@@ -277,7 +277,7 @@ mod tests {
 
     const STUDY: &str = r#"
 title = "t"
-about = "a"
+description = "a"
 seeds = 3
 first_seed = 5
 [[scene]]

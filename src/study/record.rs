@@ -8,7 +8,7 @@ use crate::film::exr::{FileError, write_whole};
 
 /// One line of a table.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Record(Vec<(&'static str, Field)>);
+pub(super) struct TableRow(Vec<(&'static str, Field)>);
 
 /// A field of a record.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -45,7 +45,7 @@ impl<T: Into<Self>> From<Option<T>> for Field {
     }
 }
 
-impl Serialize for Record {
+impl Serialize for TableRow {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(Some(self.0.len()))?;
         for (name, field) in &self.0 {
@@ -55,7 +55,7 @@ impl Serialize for Record {
     }
 }
 
-impl Record {
+impl TableRow {
     /// Adds a field; names are given once.
     pub(super) fn push(&mut self, name: &'static str, field: impl Into<Field>) {
         self.0.push((name, field.into()));
@@ -80,7 +80,7 @@ impl Record {
     }
 }
 
-fn csv(lines: &[Record], with_names: bool) -> Vec<u8> {
+fn csv(lines: &[TableRow], with_names: bool) -> Vec<u8> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     if let (Some(first), true) = (lines.first(), with_names) {
         writer.write_record(first.names()).expect("memory takes every line");
@@ -95,8 +95,8 @@ fn csv(lines: &[Record], with_names: bool) -> Vec<u8> {
 ///
 /// # Errors
 /// If they cannot be written.
-pub(super) fn write(folder: &Path, name: &str, lines: &[Record]) -> Result<(), FileError> {
-    let json: String = lines.iter().map(Record::json).collect();
+pub(super) fn write(folder: &Path, name: &str, lines: &[TableRow]) -> Result<(), FileError> {
+    let json: String = lines.iter().map(TableRow::json).collect();
     write_whole(&folder.join(format!("{name}.jsonl")), json.as_bytes())?;
     write_whole(&folder.join(format!("{name}.csv")), &csv(lines, true))
 }
@@ -105,7 +105,7 @@ pub(super) fn write(folder: &Path, name: &str, lines: &[Record]) -> Result<(), F
 ///
 /// # Errors
 /// If they cannot be written.
-pub(super) fn append(folder: &Path, name: &str, line: &Record) -> Result<(), FileError> {
+pub(super) fn append(folder: &Path, name: &str, line: &TableRow) -> Result<(), FileError> {
     let add = |extension: &str, bytes: &dyn Fn(bool) -> Vec<u8>| {
         let path = folder.join(format!("{name}.{extension}"));
         let fault = |error| FileError::new(&path, error);
@@ -123,8 +123,8 @@ mod tests {
 
     use super::*;
 
-    fn line(x: f64) -> Record {
-        let mut record = Record::default();
+    fn line(x: f64) -> TableRow {
+        let mut record = TableRow::default();
         record.push("name", "a, \"b\"");
         record.push("seed", 3_u64);
         record.push("x", x);

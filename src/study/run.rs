@@ -13,7 +13,7 @@ use std::{
 
 use serde::Serialize;
 
-use super::{StudyError, form::RendererName};
+use super::{StudyError, spec::RendererName};
 use crate::film::exr::{self, FileError};
 
 /// An image to be made.
@@ -73,7 +73,7 @@ const REQUIRED: [&str; 4] = ["etendue.scene_sha256", "etendue.parameters", "eten
 
 /// How runs are made.
 #[derive(Clone, Debug)]
-pub struct Maker {
+pub struct RunExecutor {
     /// The program.
     pub program: PathBuf,
     /// Processes at a time, at least one.
@@ -82,7 +82,7 @@ pub struct Maker {
     pub threads: usize,
 }
 
-impl Maker {
+impl RunExecutor {
     /// Makes runs of ours, several at a time, and tells of each when its image is there.
     ///
     /// # Errors

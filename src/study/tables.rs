@@ -2,24 +2,24 @@
 
 use super::{
     Run, Study,
-    form::{Quantity, RendererName},
+    error_decomposition::{ErrorDecomposition, Uncertain},
+    ground_truth::Target,
     measures::Measures,
     plan::Cell,
-    record::Record,
-    spread::{Spread, Uncertain},
-    truth::Target,
+    record::TableRow,
+    spec::{Quantity, RendererName},
 };
 use crate::film::Image;
 
 /// What the header of an image tells of its cost.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Cost {
+pub(super) struct ResourceUse {
     pub(super) seconds: Option<f64>,
     pub(super) core_seconds: Option<f64>,
     pub(super) peak_bytes: Option<f64>,
 }
 
-impl Cost {
+impl ResourceUse {
     pub(super) fn of(attributes: &[(String, String)]) -> Self {
         let number = |name: &str| {
             let text = attributes.iter().find(|(known, _)| known == name).map(|(_, text)| text);
@@ -35,21 +35,21 @@ impl Cost {
 
 /// What is known of a run that was made.
 #[derive(Clone, Debug)]
-pub(super) struct Made {
+pub(super) struct RunResult {
     pub(super) measures: Measures,
-    pub(super) cost: Cost,
+    pub(super) cost: ResourceUse,
     integrator: Option<String>,
     sampler: Option<String>,
     spp: Option<u64>,
     version: Option<String>,
 }
 
-impl Made {
+impl RunResult {
     pub(super) fn new(image: &Image, measures: Measures) -> Self {
         let text = |name: &str| image.attribute(name).map(str::to_owned);
         Self {
             measures,
-            cost: Cost::of(&image.attributes),
+            cost: ResourceUse::of(&image.attributes),
             integrator: text("etendue.integrator"),
             sampler: text("etendue.sampler"),
             spp: text("etendue.spp").and_then(|spp| spp.parse().ok()),
@@ -66,12 +66,12 @@ pub(super) fn renderer(name: RendererName) -> &'static str {
 }
 
 /// The row of a run.
-pub(super) fn row(study: &Study, cell: &Cell, run: &Run, made: &Made, target: &Target) -> Record {
+pub(super) fn row(study: &Study, cell: &Cell, run: &Run, made: &RunResult, target: &Target) -> TableRow {
     let (m, header) = (&made.measures, &run.header);
-    let mut row = Record::default();
+    let mut row = TableRow::default();
     let planned = |name: &str| header.get(name).map(String::as_str);
     row.push("study", study.name.as_str());
-    row.push("scene", study.form.scenes.as_ref()[cell.scene].name().as_str());
+    row.push("scene", study.spec.scenes.as_ref()[cell.scene].name().as_str());
     row.push("method", run.method.as_str());
     row.push("renderer", renderer(run.renderer));
     row.push("integrator", made.integrator.as_deref().or(planned("etendue.integrator")));
@@ -109,9 +109,9 @@ pub(super) struct CellFound {
     /// How many runs there are.
     pub(super) seeds: usize,
     /// Over all pixels.
-    pub(super) whole: Spread,
+    pub(super) whole: ErrorDecomposition,
     /// Over those of the mask.
-    pub(super) masked: Option<Spread>,
+    pub(super) masked: Option<ErrorDecomposition>,
     pub(super) relative_mse: Option<Uncertain>,
     pub(super) flip: Option<Uncertain>,
     pub(super) ssim: Option<Uncertain>,
@@ -123,14 +123,14 @@ pub(super) struct CellFound {
 impl CellFound {
     /// A quantity of it.
     pub(super) fn quantity(&self, what: Quantity, masked: bool) -> Option<Uncertain> {
-        let spread = if masked { self.masked.as_ref()? } else { &self.whole };
+        let error_decomposition = if masked { self.masked.as_ref()? } else { &self.whole };
         match what {
-            Quantity::Mse => Some(spread.mse),
-            Quantity::Rmse => spread.mse.root(),
-            Quantity::Variance => spread.variance,
-            Quantity::Bias => Some(spread.bias),
-            Quantity::BiasSquared => spread.bias_squared,
-            Quantity::BiasRms => spread.bias_squared?.root(),
+            Quantity::Mse => Some(error_decomposition.mse),
+            Quantity::Rmse => error_decomposition.mse.root(),
+            Quantity::Variance => error_decomposition.variance,
+            Quantity::Bias => Some(error_decomposition.bias),
+            Quantity::BiasSquared => error_decomposition.bias_squared,
+            Quantity::BiasRms => error_decomposition.bias_squared?.root(),
             Quantity::RelativeMse => self.relative_mse.filter(|_| !masked),
         }
     }
@@ -145,8 +145,8 @@ impl CellFound {
     }
 
     /// The line of a cell.
-    pub(super) fn record(&self, study: &Study) -> Record {
-        let mut line = Record::default();
+    pub(super) fn record(&self, study: &Study) -> TableRow {
+        let mut line = TableRow::default();
         line.push("study", study.name.as_str());
         line.push("cell", self.cell.id.as_str());
         line.push("scene", self.scene.as_str());

@@ -3,10 +3,10 @@ use std::{path::Path, sync::Arc};
 use glam::{DAffine3, DVec2};
 use image::{DynamicImage, ImageReader, Limits};
 
-use super::Model;
+use super::TextureModel;
 use crate::{
     math::Rgb,
-    node::{Category, Described, Kind, Param, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
 };
 
 /// A picture on a surface. Its first row lies at `v = 0`. Pictures of 8 or 16 bits a channel are taken to be sRGB and
@@ -34,21 +34,26 @@ impl Described for Bitmap {
         name: "bitmap",
         summary: "A picture from a PNG, JPEG or EXR file.",
         params: &[
-            Param::required("filename", Kind::File, "the picture"),
+            Param::required("filename", ParamKind::File, "the picture"),
             Param::new(
                 "filter_type",
-                Kind::Choice(&["bilinear", "nearest"]),
+                ParamKind::Choice(&["bilinear", "nearest"]),
                 "bilinear",
                 "how texels are interpolated",
             ),
             Param::new(
                 "wrap_mode",
-                Kind::Choice(&["repeat", "mirror", "clamp"]),
+                ParamKind::Choice(&["repeat", "mirror", "clamp"]),
                 "repeat",
                 "what lies outside [0, 1]²",
             ),
-            Param::new("raw", Kind::Boolean, "false", "whether 8 and 16 bit pictures hold linear numbers, not sRGB"),
-            Param::optional("to_uv", Kind::Transform, "the identity", "a map of the uv plane"),
+            Param::new(
+                "raw",
+                ParamKind::Boolean,
+                "false",
+                "whether 8 and 16 bit pictures hold linear numbers, not sRGB",
+            ),
+            Param::optional("to_uv", ParamKind::Transform, "the identity", "a map of the uv plane"),
         ],
         examples: &[],
         evidence: &["reference/metal-spheres", "reference/torus-thinlens"],
@@ -111,7 +116,7 @@ fn wrapped(i: i64, size: usize, wrap: Wrap) -> usize {
     i as usize
 }
 
-impl Model for Bitmap {
+impl TextureModel for Bitmap {
     fn eval(&self, uv: DVec2) -> Rgb {
         let p = super::to_uv(&self.to_uv, uv) * DVec2::new(self.width as f64, self.height as f64);
         if self.nearest {

@@ -1,9 +1,9 @@
 use glam::{DAffine3, DVec2};
 
-use super::Model;
+use super::TextureModel;
 use crate::{
     math::Rgb,
-    node::{Category, Described, Kind, Param, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
 };
 
 /// Two colours in a pattern of squares, four to a unit of `uv`: `color0` where both coordinates lie in the same half
@@ -20,9 +20,9 @@ impl Described for Checkerboard {
         name: "checkerboard",
         summary: "Two colours in squares.",
         params: &[
-            Param::new("color0", Kind::Rgb, "0.4", "the colour of the first square, linear RGB"),
-            Param::new("color1", Kind::Rgb, "0.2", "the other colour, linear RGB"),
-            Param::optional("to_uv", Kind::Transform, "the identity", "a map of the uv plane"),
+            Param::new("color0", ParamKind::Rgb, "0.4", "the colour of the first square, linear RGB"),
+            Param::new("color1", ParamKind::Rgb, "0.2", "the other colour, linear RGB"),
+            Param::optional("to_uv", ParamKind::Transform, "the identity", "a map of the uv plane"),
         ],
         examples: &[r#"<texture type="checkerboard"><rgb name="color0" value="0.8, 0.1, 0.1"/>
             <transform name="to_uv"><scale x="4" y="4"/></transform></texture>"#],
@@ -34,7 +34,7 @@ impl Described for Checkerboard {
     }
 }
 
-impl Model for Checkerboard {
+impl TextureModel for Checkerboard {
     fn eval(&self, uv: DVec2) -> Rgb {
         let fraction = super::to_uv(&self.to_uv, uv).fract_gl();
         let same_half = (fraction.x > 0.5) == (fraction.y > 0.5);

@@ -1,9 +1,9 @@
 use glam::DVec2;
 
-use super::Model;
+use super::TextureModel;
 use crate::{
     math::Rgb,
-    node::{Category, Described, Kind, Param, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
 };
 
 /// One colour everywhere, written as a texture.
@@ -18,7 +18,7 @@ impl Described for Constant {
         category: Category::Texture,
         name: "rawconstant",
         summary: "One colour everywhere.",
-        params: &[Param::required("value", Kind::Rgb, "the colour, linear RGB")],
+        params: &[Param::required("value", ParamKind::Rgb, "the colour, linear RGB")],
         examples: &[r#"<texture type="rawconstant"><rgb name="value" value="0.2, 0.5, 0.7"/></texture>"#],
         evidence: &["radiometry/white-sky"],
     };
@@ -26,14 +26,14 @@ impl Described for Constant {
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
         // Mitsuba gives this plugin its three channels as a vector as well.
         let colour = match params.find("value").map(|property| &property.value) {
-            Some(crate::node::Value::Vector(v)) => *v,
+            Some(crate::scene_file::Value::Vector(v)) => *v,
             _ => params.rgb("value")?,
         };
         Ok(Self { colour })
     }
 }
 
-impl Model for Constant {
+impl TextureModel for Constant {
     fn eval(&self, _uv: DVec2) -> Rgb {
         self.colour
     }

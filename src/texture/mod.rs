@@ -14,11 +14,11 @@ use glam::{DAffine3, DVec2};
 
 use crate::{
     math::Rgb,
-    node::{Category, Params, SceneError, Value, catalogue},
+    scene_file::{Category, Params, SceneError, Value, catalogue},
 };
 
 /// What a texture answers.
-pub trait Model {
+pub trait TextureModel {
     /// The colour at `uv`, linear RGB.
     fn eval(&self, uv: DVec2) -> Rgb;
 

@@ -33,27 +33,27 @@ impl PathClass {
 
 /// What is known of a path's class while it is followed from the eye: the class that it has if it ends at a light now.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FromEye {
+pub struct CameraPathClass {
     class: PathClass,
     /// Whether the path has met a surface at all.
     has_begun: bool,
 }
 
-impl FromEye {
+impl CameraPathClass {
     /// A path that has met nothing yet.
     pub const START: Self = Self { class: PathClass::Direct, has_begun: false };
 
     /// The class if it meets a light.
     #[inline]
     #[must_use]
-    pub fn at_light(self) -> PathClass {
+    pub fn if_emitter(self) -> PathClass {
         self.class
     }
 
     /// The class if its next vertex scatters light that comes straight from a light, over more than single directions.
     #[inline]
     #[must_use]
-    pub fn lit(self) -> PathClass {
+    pub fn if_direct(self) -> PathClass {
         if self.has_begun && self.class != PathClass::Specular { PathClass::Indirect } else { self.class }
     }
 
@@ -62,7 +62,7 @@ impl FromEye {
     #[must_use]
     pub fn scattered(self, lobe: Lobe) -> Self {
         let class = match (lobe, self.class) {
-            (Lobe::Smooth, _) => self.lit(),
+            (Lobe::Smooth, _) => self.if_direct(),
             (_, _) if !self.has_begun => PathClass::Specular,
             (_, PathClass::Direct) => PathClass::Caustic,
             (_, class) => class,
@@ -74,9 +74,9 @@ impl FromEye {
 /// What is known of a path's class while it is followed from a light: the class that it has if the eye sees its next
 /// vertex scatter over more than single directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct FromLight(PathClass);
+pub struct LightPathClass(PathClass);
 
-impl FromLight {
+impl LightPathClass {
     /// A path that has met nothing yet.
     pub const START: Self = Self(PathClass::Direct);
 
@@ -120,14 +120,14 @@ mod tests {
         fn both_ways_find_the_class_of_the_definition(path in prop::collection::vec(
             prop_oneof![Just(Lobe::Smooth), Just(Lobe::Delta), Just(Lobe::Null)], 0..7,
         )) {
-            let from_eye = path.iter().rev().fold(FromEye::START, |state, lobe| state.scattered(*lobe));
-            prop_assert_eq!(from_eye.at_light(), class(&path));
+            let from_eye = path.iter().rev().fold(CameraPathClass::START, |state, lobe| state.scattered(*lobe));
+            prop_assert_eq!(from_eye.if_emitter(), class(&path));
             if let Some((Lobe::Smooth, rest)) = path.split_first() {
-                let from_eye = rest.iter().rev().fold(FromEye::START, |state, lobe| state.scattered(*lobe));
-                prop_assert_eq!(from_eye.lit(), class(&path));
+                let from_eye = rest.iter().rev().fold(CameraPathClass::START, |state, lobe| state.scattered(*lobe));
+                prop_assert_eq!(from_eye.if_direct(), class(&path));
             }
             if let Some((Lobe::Smooth, rest)) = path.split_last() {
-                let from_light = rest.iter().fold(FromLight::START, |state, lobe| state.scattered(*lobe));
+                let from_light = rest.iter().fold(LightPathClass::START, |state, lobe| state.scattered(*lobe));
                 prop_assert_eq!(from_light.class(), class(&path));
             }
         }

@@ -3,26 +3,26 @@
 mod class;
 mod walk;
 
-pub use class::{FromEye, FromLight, PathClass};
-pub use walk::{Arrival, adjoint_of_shading, walk};
+pub use class::{CameraPathClass, LightPathClass, PathClass};
+pub use walk::{LightVertex, shading_normal_correction, walk};
 
 use glam::DVec3;
 
 use crate::{
-    bsdf::{Bsdf, Model as _, Query, Transport},
-    emitter::Incident,
+    bsdf::{Bsdf, BsdfModel as _, Query, TransportMode},
+    emitter::EmitterSample,
     math::{PerSolidAngle, Rgb},
-    sampler::Numbers,
-    scene::{Scene, Vertex},
+    sampler::SampleStream,
+    scene::{Scene, SurfaceInteraction},
 };
 
 /// How long paths may be, in segments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Depths {
+pub struct PathLimits {
     /// The longest.
-    pub max: u32,
+    pub max_depth: u32,
     /// After how many Russian roulette begins.
-    pub roulette: u32,
+    pub rr_depth: u32,
 }
 
 /// The power heuristic with exponent 2 for `ours` of two densities of the same direction, Veach 1997, eq. (9.14).
@@ -45,7 +45,7 @@ pub enum Shadows {
 #[derive(Clone, Copy, Debug)]
 pub struct Connection {
     /// What the light sends.
-    pub incident: Incident,
+    pub emitter_sample: EmitterSample,
     /// The number of the light.
     pub light: usize,
     /// The direction to it in the shading frame.
@@ -55,88 +55,96 @@ pub struct Connection {
 }
 
 /// A vertex of a path that comes from the camera, seen in its shading frame.
-pub struct Junction<'s> {
+pub struct ShadingPoint<'s> {
     /// The vertex.
-    pub vertex: Vertex,
+    pub si: SurfaceInteraction,
     /// Its material.
     pub bsdf: &'s Bsdf,
     /// From which side the path comes.
     pub query: Query,
 }
 
-impl<'s> Junction<'s> {
-    /// The junction at a vertex.
+impl<'s> ShadingPoint<'s> {
+    /// The shading_point at a vertex.
     #[inline]
     #[must_use]
-    pub fn new(scene: &'s Scene, vertex: Vertex) -> Self {
-        let wi = vertex.surface.shading.to_local(vertex.back);
-        let query = Query { wi, uv: vertex.surface.uv, transport: Transport::Radiance };
-        Self { bsdf: scene.bsdf(&vertex), vertex, query }
+    pub fn new(scene: &'s Scene, si: SurfaceInteraction) -> Self {
+        let wi = si.surface.shading.to_local(si.wi_world);
+        let query = Query { wi, uv: si.surface.uv, mode: TransportMode::Radiance };
+        Self { bsdf: scene.bsdf(&si), si, query }
     }
 
     /// The position.
     #[must_use]
     pub fn p(&self) -> DVec3 {
-        self.vertex.surface.p
+        self.si.surface.p
     }
 
     /// Draws a light to connect with, whether or not anything stands between; None if none is drawn that could be seen
     /// from here and be scattered along the path.
     #[inline]
-    pub fn propose(&self, scene: &Scene, numbers: &mut impl Numbers) -> Option<Connection> {
+    pub fn sample_emitter(&self, scene: &Scene, sampler: &mut impl SampleStream) -> Option<Connection> {
         // A delta lobe cannot be found by connection: only a sampled ray reaches a light through it.
         if !self.bsdf.is_smooth() {
             return None;
         }
-        let (incident, light) = scene.sample_light(self.p(), numbers.next_2d())?;
-        let wo = self.vertex.surface.shading.to_local(incident.direction);
-        let scattered = self.bsdf.eval_cos(&self.query, wo) * incident.value;
-        (scattered != Rgb::ZERO).then_some(Connection { incident, light, wo, scattered })
+        let (emitter_sample, light) = scene.sample_emitter_direction(self.p(), sampler.next_2d())?;
+        let wo = self.si.surface.shading.to_local(emitter_sample.direction);
+        let scattered = self.bsdf.eval_cos(&self.query, wo) * emitter_sample.value;
+        (scattered != Rgb::ZERO).then_some(Connection { emitter_sample, light, wo, scattered })
     }
 
     /// Next event estimation: the radiance that a randomly drawn light sends back along the path, weighted as one of
-    /// two strategies of which the other is to sample the BSDF. `shares` are the numbers of samples of both, of lights
+    /// two strategies of which the other is to sample the BSDF. `sample_counts` are the numbers of samples of both, of lights
     /// first, in any unit.
     #[inline]
-    pub fn connect(&self, scene: &Scene, numbers: &mut impl Numbers, shares: [f64; 2], shadows: Shadows) -> Rgb {
-        let Some(Connection { incident, wo, mut scattered, .. }) = self.propose(scene, numbers) else {
+    pub fn sample_direct(
+        &self,
+        scene: &Scene,
+        sampler: &mut impl SampleStream,
+        sample_counts: [f64; 2],
+        shadows: Shadows,
+    ) -> Rgb {
+        let Some(Connection { emitter_sample, wo, mut scattered, .. }) = self.sample_emitter(scene, sampler) else {
             return Rgb::ZERO;
         };
         let mut is_crossed = false;
         match shadows {
-            Shadows::Opaque if scene.occluded(&incident.shadow_ray) => return Rgb::ZERO,
+            Shadows::Opaque if scene.occluded(&emitter_sample.shadow_ray) => return Rgb::ZERO,
             Shadows::Opaque if scene.absorbs() => {
-                scattered *= scene.transmittance(Some(&self.vertex), &incident.shadow_ray, None);
+                scattered *= scene.transmittance(Some(&self.si), &emitter_sample.shadow_ray, None);
             }
             Shadows::Opaque => {}
             Shadows::Transparent => {
                 let share;
-                (share, is_crossed) = scene.straight_transmittance(&self.vertex, &incident.shadow_ray);
+                (share, is_crossed) = scene.straight_transmittance(&self.si, &emitter_sample.shadow_ray);
                 scattered *= share;
             }
         }
-        match incident.density {
+        match emitter_sample.pdf {
             None => scattered,
             // A sampled direction does not find light straight through glass.
-            Some(density) if is_crossed => scattered / density.0,
-            Some(density) => {
-                let by_bsdf = self.bsdf.density(&self.query, wo);
-                let weight =
-                    power_heuristic(PerSolidAngle(shares[0] * density.0), PerSolidAngle(shares[1] * by_bsdf.0));
-                scattered * (weight / density.0)
+            Some(pdf) if is_crossed => scattered / pdf.0,
+            Some(pdf) => {
+                let by_bsdf = self.bsdf.pdf(&self.query, wo);
+                let weight = power_heuristic(
+                    PerSolidAngle(sample_counts[0] * pdf.0),
+                    PerSolidAngle(sample_counts[1] * by_bsdf.0),
+                );
+                scattered * (weight / pdf.0)
             }
         }
     }
 }
 
 /// The greatest chance with which Russian roulette lets a path go on, so that one caught by total reflection ends.
-const MOST_CERTAIN: f64 = 0.95;
+const MAX_SURVIVAL: f64 = 0.95;
 /// Paths of light may survive roulette with certainty up to so many segments.
-const LONGEST_CERTAIN: u32 = 32;
+const MAX_CERTAIN_DEPTH: u32 = 32;
 
 /// The chance with which Russian roulette lets a path go on: what it can still carry, at most 0.95, so that a path
 /// caught by total reflection ends. Compression of radiance in dense media does not count as loss.
 #[must_use]
 pub fn survival(throughput: Rgb, eta: f64) -> f64 {
-    (throughput.max_element() * eta * eta).min(MOST_CERTAIN)
+    (throughput.max_element() * eta * eta).min(MAX_SURVIVAL)
 }

@@ -1,19 +1,19 @@
 use std::ops::ControlFlow;
 
-use super::{Depths, FromLight, LONGEST_CERTAIN, MOST_CERTAIN};
+use super::{LightPathClass, MAX_CERTAIN_DEPTH, MAX_SURVIVAL, PathLimits};
 use crate::{
-    bsdf::{Bsdf, Model as _, Query, Transport},
+    bsdf::{Bsdf, BsdfModel as _, Query, TransportMode},
     emitter::Emission,
     math::{Ray, Rgb},
-    sampler::Numbers,
-    scene::{Scene, Vertex},
+    sampler::SampleStream,
+    scene::{Scene, SurfaceInteraction},
     shape::Surface,
 };
 
 /// Light that arrives at a surface on its way from its source.
-pub struct Arrival<'s> {
+pub struct LightVertex<'s> {
     /// Where.
-    pub vertex: Vertex,
+    pub si: SurfaceInteraction,
     /// The material there.
     pub bsdf: &'s Bsdf,
     /// From where it comes, in the shading frame.
@@ -23,7 +23,7 @@ pub struct Arrival<'s> {
     /// Segments from the light to here.
     pub depth: u32,
     /// Which surfaces it has met before.
-    pub before: FromLight,
+    pub before: LightPathClass,
 }
 
 /// Follows light from its source through the scene, and shows each of its arrivals to `visit`, until that breaks off, the
@@ -33,47 +33,47 @@ pub struct Arrival<'s> {
 /// its power, so that those that arrive are of equal power; one channel may gain what others lose (Jensen 2001,
 /// section 5.2.3).
 #[inline]
-pub fn walk<'s, N: Numbers>(
+pub fn walk<'s, N: SampleStream>(
     scene: &'s Scene,
     emission: &Emission,
-    depths: Depths,
-    numbers: &mut N,
-    mut visit: impl FnMut(&Arrival<'s>, &mut N) -> ControlFlow<()>,
+    limits: PathLimits,
+    sampler: &mut N,
+    mut visit: impl FnMut(&LightVertex<'s>, &mut N) -> ControlFlow<()>,
 ) {
     let mut flux = emission.flux;
-    let mut before = FromLight::START;
+    let mut before = LightPathClass::START;
     let mut ray = emission.ray;
-    let mut left: Option<Vertex> = None;
-    for depth in 1..=depths.max {
-        let Some(vertex) = scene.intersect(&ray) else { return };
+    let mut left: Option<SurfaceInteraction> = None;
+    for depth in 1..=limits.max_depth {
+        let Some(si) = scene.intersect(&ray) else { return };
         if scene.absorbs() {
-            flux *= scene.transmittance(left.as_ref(), &ray, Some(&vertex));
+            flux *= scene.transmittance(left.as_ref(), &ray, Some(&si));
         }
         if flux == Rgb::ZERO {
             return;
         }
-        let wi = vertex.surface.shading.to_local(vertex.back);
-        let query = Query { wi, uv: vertex.surface.uv, transport: Transport::Flux };
-        let arrival = Arrival { bsdf: scene.bsdf(&vertex), vertex, query, flux, depth, before };
-        if visit(&arrival, numbers).is_break() || depth == depths.max {
+        let wi = si.surface.shading.to_local(si.wi_world);
+        let query = Query { wi, uv: si.surface.uv, mode: TransportMode::Importance };
+        let light_vertex = LightVertex { bsdf: scene.bsdf(&si), si, query, flux, depth, before };
+        if visit(&light_vertex, sampler).is_break() || depth == limits.max_depth {
             return;
         }
-        let Some(sample) = arrival.bsdf.sample(&query, numbers.next_1d(), numbers.next_2d()) else { return };
-        let direction = vertex.surface.shading.to_world(sample.wo);
+        let Some(sample) = light_vertex.bsdf.sample(&query, sampler.next_1d(), sampler.next_2d()) else { return };
+        let direction = si.surface.shading.to_world(sample.wo);
         let mut scattered = flux * sample.weight;
-        scattered *= adjoint_of_shading(&vertex.surface, vertex.back, direction);
-        if depth >= depths.roulette {
+        scattered *= shading_normal_correction(&si.surface, si.wi_world, direction);
+        if depth >= limits.rr_depth {
             let kept = scattered.max_element() / flux.max_element();
-            let survival = kept.min(if depth < LONGEST_CERTAIN { 1.0 } else { MOST_CERTAIN });
-            if numbers.next_1d() >= survival {
+            let survival = kept.min(if depth < MAX_CERTAIN_DEPTH { 1.0 } else { MAX_SURVIVAL });
+            if sampler.next_1d() >= survival {
                 return;
             }
             scattered /= survival;
         }
         flux = scattered;
         before = before.scattered(sample.lobe);
-        ray = Ray::leaving(vertex.surface.p, direction);
-        left = Some(vertex);
+        ray = Ray::leaving(si.surface.p, direction);
+        left = Some(si);
     }
 }
 
@@ -81,7 +81,7 @@ pub fn walk<'s, N: Numbers>(
 /// direction and into another: the true surface's cosines over those of the BSDF. Veach 1997, eq. (5.19).
 #[inline]
 #[must_use]
-pub fn adjoint_of_shading(surface: &Surface, from: glam::DVec3, to: glam::DVec3) -> f64 {
+pub fn shading_normal_correction(surface: &Surface, from: glam::DVec3, to: glam::DVec3) -> f64 {
     let (true_n, shading_n) = (surface.n, surface.shading.n);
     if true_n == shading_n {
         return 1.0;

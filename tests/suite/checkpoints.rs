@@ -11,12 +11,12 @@ use std::{
 use etendue::{
     film::{Image, exr},
     integrator::Overrides,
-    node::xml,
     render::{
-        Pass, Renderer,
-        checkpoint::{Checkpoint, Cost, Identity, Record, in_words},
+        Renderer, Replicate,
+        checkpoint::{Checkpoint, Identity, RenderRecord, ResourceUse, in_words},
         drive::{self, End, Plan},
     },
+    scene_file::xml,
 };
 use proptest::prelude::*;
 use rangemap::RangeSet;
@@ -293,12 +293,12 @@ impl Tiny {
         let (interrupted, start, every) = (AtomicBool::new(false), Instant::now(), Duration::ZERO);
         let plan = Plan { ranges, start, time: None, target_error: None, interrupted: &interrupted, every };
         assert_eq!(drive::drive(&mut rendering, &mut taken, &plan, &|_| {}, &mut |_, _| {}), End::Complete);
-        let record = Record {
+        let record = RenderRecord {
             identity: self.identity.clone(),
             attributes: vec![("etendue.scene".into(), "scène".into())],
             goal: Some(PASS.samples),
             taken,
-            cost: Cost { seconds: 0.1, core_seconds: 0.2, peak_bytes: 3 },
+            cost: ResourceUse { seconds: 0.1, core_seconds: 0.2, peak_bytes: 3 },
         };
         let file = self.folder.path("tiny.ck");
         record.write(&file, rendering.film(), &[]).unwrap();
@@ -314,7 +314,7 @@ impl Tiny {
     }
 }
 
-const PASS: Pass = Pass { seed: 5, number: 0, samples: 24 };
+const PASS: Replicate = Replicate { seed: 5, number: 0, samples: 24 };
 
 #[test]
 fn no_byte_can_be_missing_or_wrong() {
@@ -354,8 +354,8 @@ fn headers_are_believed_only_as_far_as_the_file_goes() {
     let cases = [
         (r#""width":3"#, r#""width":4294967295"#),
         (r#""width":3"#, r#""width":0"#),
-        (r#""memory":0"#, r#""memory":18446744073709551615"#),
-        (r#""memory":0"#, r#""memory":1"#),
+        (r#""state":0"#, r#""state":18446744073709551615"#),
+        (r#""state":0"#, r#""state":1"#),
         (r#""has_splats":false"#, r#""has_splats":true"#),
         (r#""taken":[[2,5]]"#, r#""taken":[[2,6]]"#),
         (r#""taken":[[2,5]]"#, r#""taken":[[5,2]]"#),

@@ -6,8 +6,8 @@ use ::exr::prelude::{MetaData, SampleType};
 use etendue::{
     catalogue,
     film::{Image, VARIANCE, exr},
-    node::Preset,
     provenance,
+    scene_file::DefaultValue,
 };
 
 use crate::kit::{self, Folder, bits, run};
@@ -70,7 +70,7 @@ fn images_say_how_they_were_made() {
     assert_eq!(types, expected.map(|name| (name.to_owned(), SampleType::F32)), "files are sorted by name");
     assert_eq!(image.channels.iter().map(|(name, _)| name.as_str()).take(3).collect::<Vec<_>>(), ["R", "G", "B"]);
 
-    let document = etendue::node::xml::read(&folder.path("scene.xml"), &[]).unwrap();
+    let document = etendue::scene_file::xml::read(&folder.path("scene.xml"), &[]).unwrap();
     let header = [
         ("version", provenance::version()),
         ("scene", "scene.xml".into()),
@@ -106,9 +106,9 @@ fn names_may_have_any_letters() {
 fn definitions_reach_the_scene() {
     let shape = r#"<default name="r" value="1"/><shape type="sphere"><float name="radius" value="$r"/></shape>"#;
     let folder = Folder::with_scene(&kit::scene(shape));
-    let preset = folder.render("-D r=1");
-    assert_eq!(bits(&preset), bits(&folder.render("")));
-    assert_ne!(bits(&preset), bits(&folder.render("-D r=0.5")));
+    let default = folder.render("-D r=1");
+    assert_eq!(bits(&default), bits(&folder.render("")));
+    assert_ne!(bits(&default), bits(&folder.render("-D r=0.5")));
 }
 
 /// The image of a folder's scene with another integrator written into it.
@@ -208,11 +208,11 @@ fn plugins_lists_everything() {
         for param in plugin.params {
             let row = page.lines().find(|line| line.trim_start().starts_with(&format!("{} ", param.name)));
             let row = row.unwrap_or_else(|| panic!("{head} lacks {}", param.name));
-            let preset = match param.preset {
-                Preset::Required => "required",
-                Preset::Absent(text) | Preset::Value(text) => text,
+            let default = match param.default {
+                DefaultValue::Required => "required",
+                DefaultValue::Absent(text) | DefaultValue::Value(text) => text,
             };
-            assert!(row.contains(preset) && row.contains(param.about), "{row}");
+            assert!(row.contains(default) && row.contains(param.description), "{row}");
         }
     }
 }
@@ -269,7 +269,7 @@ fn compare_agrees_differs_and_asks_for_samples() {
     let cases = [
         ("image.exr", 0, "agrees"),
         ("brighter.exr", 1, "differs"),
-        ("short.exr", 1, "undecided (not enough samples: needs about "),
+        ("short.exr", 1, "undecided (not enough samples: needs description "),
         (
             "mute.exr",
             1,
@@ -305,7 +305,7 @@ fn the_samples_that_compare_asks_for_are_enough() {
         folder.render(&format!("--spp {spp} --seed 2"));
         run(&mut folder.etendue("compare image.exr reference.exr")).out
     };
-    let (_, needed) = judge(4).split_once("needs about ").map(|(a, b)| (a.to_owned(), b.to_owned())).unwrap();
+    let (_, needed) = judge(4).split_once("needs description ").map(|(a, b)| (a.to_owned(), b.to_owned())).unwrap();
     let needed: u32 = needed.split_whitespace().next().unwrap().parse().unwrap();
     assert!((8..16384).contains(&needed), "{needed}");
     // The need is estimated from few samples; half as many again are surely enough.

@@ -1,6 +1,6 @@
 //! A scene is met where its nearest shape is met, found by asking every shape alone.
 
-use etendue::{math::Ray, node::xml, scene::Scene};
+use etendue::{math::Ray, scene::Scene, scene_file::xml};
 use glam::DVec3;
 use proptest::{collection::vec, prelude::*, sample::select};
 

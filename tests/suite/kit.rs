@@ -9,8 +9,8 @@ use assert_cmd::Command;
 use etendue::{
     film::{Image, exr},
     integrator::Overrides,
-    node::xml,
-    render::{Pass, Renderer},
+    render::{Renderer, Replicate},
+    scene_file::xml,
 };
 use tempfile::TempDir;
 
@@ -150,7 +150,7 @@ pub(crate) fn run(command: &mut Command) -> Said {
 pub(crate) fn image_in(folder: &Folder, samples: u32) -> Image {
     let document = xml::read(&folder.path("scene.xml"), &[]).unwrap_or_else(|error| panic!("{error}"));
     let renderer = Renderer::new(&document, &Overrides::default()).unwrap_or_else(|error| panic!("{error}"));
-    renderer.render(Pass { seed: 1, number: 0, samples }, &|_| {}).image()
+    renderer.render(Replicate { seed: 1, number: 0, samples }, &|_| {}).image()
 }
 
 /// The image of a scene.

@@ -2,10 +2,10 @@ mod materials;
 
 use glam::{DVec2, DVec3};
 
-use super::{Lobe, Model, Query, Sample, fresnel, reflect};
+use super::{BsdfModel, Lobe, Query, Sample, fresnel, reflect};
 use crate::{
     math::{PerSolidAngle, Rgb, cos_theta},
-    node::{Category, Described, Kind, Param, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
     texture::Texture,
 };
 
@@ -28,14 +28,14 @@ const INDEX: Range = Range { min: 0.0, max: 1e6, open: false };
 
 /// The parameters of [`ComplexIndex::read`].
 pub(super) const MATERIAL: Param =
-    Param::new("material", Kind::String, "none", "a name (Au, Ag, Al, Cu, ...), or none: a perfect mirror");
+    Param::new("material", ParamKind::String, "none", "a name (Au, Ag, Al, Cu, ...), or none: a perfect mirror");
 pub(super) const ETA: Param =
-    Param::optional("eta", Kind::Rgb, "taken from the material", "the real part of the index, linear RGB")
+    Param::optional("eta", ParamKind::Rgb, "taken from the material", "the real part of the index, linear RGB")
         .within(INDEX);
 pub(super) const K: Param =
-    Param::optional("k", Kind::Rgb, "taken from the material", "the imaginary part, linear RGB").within(INDEX);
+    Param::optional("k", ParamKind::Rgb, "taken from the material", "the imaginary part, linear RGB").within(INDEX);
 pub(super) const SPECULAR_REFLECTANCE: Param =
-    Param::new("specular_reflectance", Kind::Texture, "1", "scales what is reflected; not physical")
+    Param::new("specular_reflectance", ParamKind::Texture, "1", "scales what is reflected; not physical")
         .within(Range::UNIT);
 
 impl ComplexIndex {
@@ -95,7 +95,7 @@ impl Described for Conductor {
     }
 }
 
-impl Model for Conductor {
+impl BsdfModel for Conductor {
     fn is_smooth(&self) -> bool {
         false
     }
@@ -104,7 +104,7 @@ impl Model for Conductor {
         Rgb::ZERO
     }
 
-    fn density(&self, _query: &Query, _wo: DVec3) -> PerSolidAngle {
+    fn pdf(&self, _query: &Query, _wo: DVec3) -> PerSolidAngle {
         PerSolidAngle(0.0)
     }
 
@@ -115,7 +115,7 @@ impl Model for Conductor {
             return None;
         }
         let weight = self.index.reflectance(cos) * self.specular_reflectance.eval(query.uv);
-        Some(Sample { wo: reflect(query.wi), weight, density: PerSolidAngle(1.0), lobe: Lobe::Delta, eta: 1.0 })
+        Some(Sample { wo: reflect(query.wi), weight, pdf: PerSolidAngle(1.0), lobe: Lobe::Delta, eta: 1.0 })
     }
 
     fn albedo(&self, uv: DVec2) -> Rgb {

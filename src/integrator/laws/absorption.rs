@@ -43,7 +43,7 @@ pub const LAWS: &[Law] = &[
         check: touching,
     },
     Law {
-        name: "absorption/ways",
+        name: "absorption/integrators",
         claim: "Direct light, connections to lights and transparent shadows are absorbed on every stretch within the medium.",
         source: "Beer and Lambert; Fresnel",
         check: ways,

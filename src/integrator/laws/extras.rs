@@ -22,15 +22,15 @@ pub const LAWS: &[Law] = &[
     },
     Law {
         name: "radiometry/spot",
-        claim: "A spot light is full up to its beam width, falls off linearly with the angle, and ends at its cutoff angle.",
+        claim: "A spot light is full up to its target width, falls off linearly with the angle, and ends at its cutoff angle.",
         source: "Mitsuba's definition; inverse square and cosine laws",
         check: spot,
     },
     Law {
-        name: "radiometry/glow",
+        name: "radiometry/self_emission",
         claim: "The normals bsdf shows (n + 1) / 2 from both sides, Phong's ambient adds to what is reflected, and mirrors show both.",
         source: "definition",
-        check: glow,
+        check: self_emission,
     },
     Law {
         name: "radiometry/blend",
@@ -99,7 +99,7 @@ fn spot(_: Effort) -> Vec<Finding> {
     findings
 }
 
-fn glow(_: Effort) -> Vec<Finding> {
+fn self_emission(_: Effort) -> Vec<Finding> {
     let down = (DVec3::new(0.1, 0.2, 3.0), -DVec3::Z);
     let mut findings = Vec::new();
     let ball = Setup::new(&path(-1, 5), r#"<shape type="sphere"><bsdf type="normals"/></shape>"#);

@@ -45,9 +45,9 @@ fn floor_light(z: f64) -> String {
 fn slab(effort: Effort) -> Vec<Finding> {
     let scene = pane() + &floor_light(-4.0);
     let setup = Setup::new(&path(-1, 5), &scene);
-    let numbers = [(0.0, 0.923_076_92), (45.0, 0.904_326_79), (60.0, 0.836_232_46), (75.0, 0.596_092_05)];
+    let sampler = [(0.0, 0.923_076_92), (45.0, 0.904_326_79), (60.0, 0.836_232_46), (75.0, 0.596_092_05)];
     let mut findings = Vec::new();
-    for (theta, number) in numbers {
+    for (theta, number) in sampler {
         let (sin, cos) = f64::to_radians(theta).sin_cos();
         let reflectance = fresnel::dielectric(cos, 1.5).reflectance;
         let expected = (1.0 - reflectance) / (1.0 + reflectance);

@@ -50,7 +50,7 @@ pub const LAWS: &[Law] = &[
     },
     Law {
         name: "radiometry/direct-strategies",
-        claim: "Direct light is the same by samples of lights, of the bsdf, and both together in any numbers.",
+        claim: "Direct light is the same by samples of lights, of the bsdf, and both together in any sampler.",
         source: "Veach 1997, section 9.2: weights that sum to one",
         check: direct_strategies,
     },
@@ -148,7 +148,7 @@ fn disk_light(effort: Effort) -> Vec<Finding> {
         let (a2, h2, r2) = (1.0, 4.0, r * r);
         0.5 * PI * (1.0 - (h2 + r2 - a2) / ((h2 + r2 + a2).powi(2) - 4.0 * a2 * r2).sqrt())
     };
-    let numbers = [
+    let sampler = [
         (0.0, 0.628_318_530_7),
         (0.5, 0.580_263_747_6),
         (1.0, 0.460_075_592_3),
@@ -156,7 +156,7 @@ fn disk_light(effort: Effort) -> Vec<Finding> {
         (4.0, 0.033_693_919),
     ];
     let mut findings = Vec::new();
-    for (r, number) in numbers {
+    for (r, number) in sampler {
         findings.push(Finding::value(format!("r = {r}, the closed form"), configuration(r), number, 1e-9));
         let p = DVec3::new(0.6 * r, 0.8 * r, 0.0);
         findings.extend(lit_patch(&format!("r = {r}"), &light, (p, DVec3::Z), configuration(r), effort));
@@ -165,7 +165,7 @@ fn disk_light(effort: Effort) -> Vec<Finding> {
 }
 
 fn sphere_light(effort: Effort) -> Vec<Finding> {
-    let numbers = [
+    let sampler = [
         (0.0, 0.349_065_850),
         (60.0, 0.174_532_925),
         (80.0, 0.065_221_843),
@@ -173,7 +173,7 @@ fn sphere_light(effort: Effort) -> Vec<Finding> {
         (95.0, 0.012_735_207),
     ];
     let mut findings = Vec::new();
-    for (theta, configuration) in numbers {
+    for (theta, configuration) in sampler {
         let (sin, cos) = f64::to_radians(theta).sin_cos();
         // Three radii away, and the radius is not 1.
         let centre = 1.5 * DVec3::new(0.6 * sin, 0.8 * sin, cos);

@@ -17,13 +17,13 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::{EyeRay, Integrator, Model as _, Overrides};
+use super::{EyeRay, Integrator, IntegratorModel as _, Overrides};
 use crate::{
     law::Finding,
     math::{Ray, Rgb, rng::Stream},
-    node::xml,
-    sampler::PathNumbers,
+    sampler::PathSampler,
     scene::Scene,
+    scene_file::xml,
     stats::Moments,
 };
 
@@ -57,9 +57,9 @@ impl Setup {
 
     /// One estimate of the radiance that comes from a point against a direction.
     fn once(&self, origin: DVec3, direction: DVec3, address: &[u64]) -> Rgb {
-        let mut numbers = PathNumbers::Independent(Stream::at(address));
+        let mut sampler = PathSampler::Independent(Stream::at(address));
         let eye = EyeRay::alone(Ray::new(origin, direction.normalize()));
-        self.integrator.radiance(&self.scene, &eye, &mut numbers, &mut [])
+        self.integrator.radiance(&self.scene, &eye, &mut sampler, &mut [])
     }
 
     /// Many of them, by channel.

@@ -6,10 +6,10 @@ use glam::{DAffine3, DVec3};
 
 use super::{GLASS, Setup, path, triple};
 use crate::{
-    bsdf::Model as _,
+    bsdf::BsdfModel as _,
     law::{Effort, Finding, Law, worst},
     math::Ray,
-    transport::Junction,
+    transport::ShadingPoint,
 };
 
 /// These laws.
@@ -25,7 +25,7 @@ pub const LAWS: &[Law] = &[
         name: "optics/lenses",
         claim: "Rays through a plano-convex lens, either way, and through a biconvex one, made by CSG, cross the axis where a trace \
                 by angles puts it.",
-        source: "Snell's law at spheres and planes; from the vertex 1.97740058, 1.78872483, 1.35257112; 1.79428975, 1.64606230; \
+        source: "Snell's law at spheres and planes; from the si 1.97740058, 1.78872483, 1.35257112; 1.79428975, 1.64606230; \
                  0.91568875, 0.79996801, 0.41350583",
         check: lenses,
     },
@@ -43,12 +43,12 @@ pub const LAWS: &[Law] = &[
 fn traced(setup: &Setup, mut ray: Ray, surfaces: usize) -> Option<(Ray, f64)> {
     let mut length = 0.0;
     for _ in 0..surfaces {
-        let vertex = setup.scene.intersect(&ray)?;
-        let junction = Junction::new(&setup.scene, vertex);
+        let si = setup.scene.intersect(&ray)?;
+        let shading_point = ShadingPoint::new(&setup.scene, si);
         // The greatest number chooses what is refracted.
-        let sample = junction.bsdf.sample(&junction.query, 1.0 - 1e-16, glam::DVec2::splat(0.5))?;
-        length += vertex.t * ray.direction.length();
-        ray = Ray::leaving(vertex.surface.p, vertex.surface.shading.to_world(sample.wo));
+        let sample = shading_point.bsdf.sample(&shading_point.query, 1.0 - 1e-16, glam::DVec2::splat(0.5))?;
+        length += si.t * ray.direction.length();
+        ray = Ray::leaving(si.surface.p, si.surface.shading.to_world(sample.wo));
     }
     Some((ray, length))
 }
@@ -138,10 +138,10 @@ fn behind_first(h: f64, centre: f64) -> (f64, f64) {
 fn lenses(_: Effort) -> Vec<Finding> {
     let turned = r#"<rotate x="1" angle="180"/>"#;
     let mut findings = Vec::new();
-    let mut check = |name: &str, setup: &Setup, vertex: f64, h: f64, (expected, table): (f64, f64)| {
-        let found = traced(setup, parallel(h), 2).map_or(f64::NAN, |(ray, _)| axis_crossing(&ray) - vertex);
-        findings.push(Finding::value(format!("{name}, h = {h}, the closed form"), expected - vertex, table, 1e-8));
-        findings.push(Finding::value(format!("{name}, h = {h}"), found, expected - vertex, 1e-9));
+    let mut check = |name: &str, setup: &Setup, si: f64, h: f64, (expected, table): (f64, f64)| {
+        let found = traced(setup, parallel(h), 2).map_or(f64::NAN, |(ray, _)| axis_crossing(&ray) - si);
+        findings.push(Finding::value(format!("{name}, h = {h}, the closed form"), expected - si, table, 1e-8));
+        findings.push(Finding::value(format!("{name}, h = {h}"), found, expected - si, 1e-9));
     };
     // What is above z = 0.2 of a ball: the plane comes first.
     let plane_first = lens(&ball(0.0), &half_space(turned, 0.2));
@@ -171,8 +171,8 @@ fn coefficients(diagonal: DVec3, linear: DVec3, constant: f64, map: &DAffine3) -
     let (v, t) = (r * linear, map.translation);
     let (v, k) = (v - 2.0 * (m * t), constant - v.dot(t) + t.dot(m * t));
     let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis];
-    let numbers = [x.x, y.y, z.z, 2.0 * x.y, 2.0 * x.z, 2.0 * y.z, v.x, v.y, v.z, k];
-    numbers.map(|number| number.to_string()).join(", ")
+    let sampler = [x.x, y.y, z.z, 2.0 * x.y, 2.0 * x.z, 2.0 * y.z, v.x, v.y, v.z, k];
+    sampler.map(|number| number.to_string()).join(", ")
 }
 
 fn quadric(coefficients: &str) -> String {

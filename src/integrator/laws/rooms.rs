@@ -27,7 +27,7 @@ pub const LAWS: &[Law] = &[
     },
     Law {
         name: "radiometry/colour-bleeding",
-        claim: "A shining hemisphere over a coloured disk has the radiosities of the exact two-patch solution.",
+        claim: "A emitted hemisphere over a coloured disk has the radiosities of the exact two-patch solution.",
         source: "form factors 1, ½, ½ of a hemisphere and its base",
         check: colour_bleeding,
     },
@@ -85,9 +85,9 @@ fn integrating_sphere(effort: Effort) -> Vec<Finding> {
         triple(intensity)
     );
     let setup = Setup::new(&path(-1, 5), &scene);
-    let numbers = [(0.0, 0.198_943_679), (60.0, 0.085_732_810), (90.0, 0.068_259_238), (180.0, 0.057_472_618)];
+    let sampler = [(0.0, 0.198_943_679), (60.0, 0.085_732_810), (90.0, 0.068_259_238), (180.0, 0.057_472_618)];
     let mut findings = Vec::new();
-    for (alpha, number) in numbers {
+    for (alpha, number) in sampler {
         let (sin, cos) = f64::to_radians(alpha).sin_cos();
         let outwards = DVec3::new(0.6 * sin, 0.8 * sin, cos);
         let way = source - RADIUS * outwards;
@@ -113,12 +113,12 @@ fn colour_bleeding(effort: Effort) -> Vec<Finding> {
     // B_h = E + ρ_h (B_d / 2 + B_h / 2) and B_d = ρ_d B_h.
     let hemisphere = below.map(|below| shine / (1.0 - 0.5 * above * (1.0 + below)));
     let base = below * hemisphere;
-    let numbers = [
+    let sampler = [
         ("hemisphere", hemisphere, Rgb::new(1.818_181_82, 1.428_571_43, 1.379_310_34)),
         ("disk", base, Rgb::new(1.454_545_45, 0.285_714_29, 0.137_931_03)),
     ];
     let mut findings = Vec::new();
-    for (name, closed, number) in numbers {
+    for (name, closed, number) in sampler {
         findings.push(Finding::error(format!("{name}, the closed form"), (closed - number).abs().max_element(), 1e-8));
     }
     let eye = DVec3::new(0.1, -0.2, 0.4);

@@ -3,13 +3,13 @@ use super::{
     settings::{Direct, Settings},
 };
 use crate::{
-    bsdf::{Model as _, Sample},
-    integrator::{eye_walk::EyeWalk, photons::Parts},
+    bsdf::{BsdfModel as _, Sample},
+    integrator::{eye_walk::EyeWalk, photons::ClassRadiance},
     math::{Ray, Rgb},
-    photon::{Lookup, Map, Photon, Site},
-    sampler::{Numbers as _, PathNumbers},
+    photon::{EstimateParameters, GatherPoint, Map, Photon},
+    sampler::{PathSampler, SampleStream as _},
     scene::Scene,
-    transport::{FromEye, Junction, PathClass},
+    transport::{CameraPathClass, PathClass, ShadingPoint},
 };
 
 /// The second pass.
@@ -21,39 +21,40 @@ pub(super) struct Eye<'s> {
 
 impl Eye<'_> {
     /// Follows a camera's ray and adds what it shows; returns what the global map shows of the first surface.
-    pub(super) fn look(&self, ray: &Ray, numbers: &mut PathNumbers, parts: &mut Parts) -> Rgb {
-        let (scene, depths) = (self.scene, self.settings.depths);
+    pub(super) fn look(&self, ray: &Ray, sampler: &mut PathSampler, parts: &mut ClassRadiance) -> Rgb {
+        let (scene, limits) = (self.scene, self.settings.limits);
         let mut raw = Rgb::ZERO;
-        if depths.max == 0 {
+        if limits.max_depth == 0 {
             return raw;
         }
-        let mut walk = EyeWalk::along(scene, depths, ray, self.settings.hide_emitters);
+        let mut walk = EyeWalk::along(scene, limits, ray, self.settings.hide_emitters);
         for depth in 1.. {
             // Lights are seen from the camera, and in mirrors and glass.
             let is_hidden = depth == 1 && self.settings.hide_emitters;
-            let seen = if is_hidden { Rgb::ZERO } else { walk.shining() };
-            let Some(vertex) = walk.met else {
-                parts.add(walk.state.at_light(), walk.throughput * seen);
+            let seen = if is_hidden { Rgb::ZERO } else { walk.emitted() };
+            let Some(si) = walk.met else {
+                parts.add(walk.state.if_emitter(), walk.throughput * seen);
                 break;
             };
-            parts.add(walk.state.at_light(), walk.throughput * (seen + scene.glow(&vertex)));
-            if depth >= depths.max {
+            parts.add(walk.state.if_emitter(), walk.throughput * (seen + scene.self_emission(&si)));
+            if depth >= limits.max_depth {
                 break;
             }
-            let junction = Junction::new(scene, vertex);
+            let shading_point = ShadingPoint::new(scene, si);
             if depth == 1 && self.settings.shows_raw {
-                raw = walk.throughput * self.estimate(&self.maps.global, &self.maps.global_lookup, &junction, |_| true);
+                raw = walk.throughput
+                    * self.estimate(&self.maps.global, &self.maps.global_lookup, &shading_point, |_| true);
             }
-            let mut found = Parts::default();
-            let further = self.part(&junction, depth, numbers, &mut found);
+            let mut found = ClassRadiance::default();
+            let further = self.part(&shading_point, depth, sampler, &mut found);
             for class in PathClass::ALL {
-                let shown = if walk.state == FromEye::START { class } else { PathClass::Specular };
+                let shown = if walk.state == CameraPathClass::START { class } else { PathClass::Specular };
                 parts.add(shown, walk.throughput * found.0[class as usize]);
             }
 
             // Go on through mirrors and glass.
             let Some(sample) = further else { break };
-            if !walk.advance(&vertex, &sample, depth, numbers) {
+            if !walk.advance(&si, &sample, depth, sampler) {
                 break;
             }
         }
@@ -63,53 +64,54 @@ impl Eye<'_> {
     /// Adds the parts of the light that a vertex shows apart from single directions, and returns one of those to go on in.
     fn part(
         &self,
-        junction: &Junction<'_>,
+        shading_point: &ShadingPoint<'_>,
         depth: u32,
-        numbers: &mut PathNumbers,
-        found: &mut Parts,
+        sampler: &mut PathSampler,
+        found: &mut ClassRadiance,
     ) -> Option<Sample> {
-        if !junction.bsdf.is_smooth() {
-            return junction.bsdf.sample(&junction.query, numbers.next_1d(), numbers.next_2d());
+        if !shading_point.bsdf.is_smooth() {
+            return shading_point.bsdf.sample(&shading_point.query, sampler.next_1d(), sampler.next_2d());
         }
         let (maps, settings) = (self.maps, self.settings);
-        let left = settings.depths.max.saturating_sub(depth);
+        let left = settings.limits.max_depth.saturating_sub(depth);
         let is_short = |photon: &Photon| photon.depth() <= left;
-        found.add(PathClass::Caustic, self.estimate(&maps.caustic, &maps.caustic_lookup, junction, is_short));
-        let from_global =
-            |class| self.estimate(&maps.global, &maps.global_lookup, junction, |p| is_short(p) && p.class() == class);
+        found.add(PathClass::Caustic, self.estimate(&maps.caustic, &maps.caustic_lookup, shading_point, is_short));
+        let from_global = |class| {
+            self.estimate(&maps.global, &maps.global_lookup, shading_point, |p| is_short(p) && p.class() == class)
+        };
         if settings.direct == Direct::Map {
             found.add(PathClass::Direct, from_global(PathClass::Direct));
         }
         if settings.gather.is_none() {
             found.add(PathClass::Indirect, from_global(PathClass::Indirect));
         }
-        self.gather(junction, depth, numbers, found)
+        self.gather(shading_point, depth, sampler, found)
     }
 
     /// The radiance that the photons of a map around a vertex send back along the path, of those that are accepted.
     pub(super) fn estimate(
         &self,
         map: &Map,
-        lookup: &Lookup,
-        junction: &Junction<'_>,
+        lookup: &EstimateParameters,
+        shading_point: &ShadingPoint<'_>,
         accepts: impl Fn(&Photon) -> bool,
     ) -> Rgb {
-        if map.is_empty() || !junction.bsdf.is_smooth() {
+        if map.is_empty() || !shading_point.bsdf.is_smooth() {
             return Rgb::ZERO;
         }
-        let site = Site::new(self.scene, &junction.vertex);
-        let shading = &junction.vertex.surface.shading;
+        let point = GatherPoint::new(self.scene, &shading_point.si);
+        let shading = &shading_point.si.surface.shading;
         let mut radiance = Rgb::ZERO;
-        map.gather(&site, lookup, |photon, density| {
+        map.gather(&point, lookup, |photon, pdf| {
             if !accepts(photon) {
                 return;
             }
             let direction = photon.direction();
-            let scattered = junction.bsdf.eval_cos(&junction.query, shading.to_local(direction));
+            let scattered = shading_point.bsdf.eval_cos(&shading_point.query, shading.to_local(direction));
             // Photons are counted per area: the true surface's cosine is in their density already.
-            let cos = direction.dot(site.n);
+            let cos = direction.dot(point.n);
             if cos > 0.0 {
-                radiance += scattered * photon.power() * (density / cos);
+                radiance += scattered * photon.power() * (pdf / cos);
             }
         });
         radiance

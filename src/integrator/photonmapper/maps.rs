@@ -6,9 +6,9 @@ use std::{
 use super::settings::{Direct, Settings};
 use crate::{
     integrator::Notes,
-    photon::{Aim, Harvest, Lookup, Map, ShadowMap, harvest},
+    photon::{EmittedPhotons, EstimateParameters, Map, PhotonMapKind, ShadowMap, trace_photons},
     scene::Scene,
-    transport::Depths,
+    transport::PathLimits,
 };
 
 /// What is gathered before a pass.
@@ -18,8 +18,8 @@ pub(super) struct Maps {
     /// Empty if nothing casts caustics.
     pub(super) caustic: Map,
     pub(super) shadow: Option<ShadowMap>,
-    pub(super) global_lookup: Lookup,
-    pub(super) caustic_lookup: Lookup,
+    pub(super) global_lookup: EstimateParameters,
+    pub(super) caustic_lookup: EstimateParameters,
     pub(super) shadow_rays: ShadowRays,
     notes: Notes,
 }
@@ -52,31 +52,39 @@ const SHADOW: u64 = 0x73_6861_646f_7700;
 
 impl Settings {
     /// Emits the photons of a map; None if it is that of caustics and nothing casts any.
-    pub(super) fn harvest(&self, scene: &Scene, aim: Aim, seed: u64, pass: u64) -> Option<Harvest> {
-        let (count, purpose) = match aim {
-            Aim::Everywhere => (self.global_photons, GLOBAL),
-            Aim::Specular => (self.caustic_photons, CAUSTIC),
+    pub(super) fn trace_photons(
+        &self,
+        scene: &Scene,
+        kind: PhotonMapKind,
+        seed: u64,
+        replicate: u64,
+    ) -> Option<EmittedPhotons> {
+        let (count, purpose) = match kind {
+            PhotonMapKind::Global => (self.global_photons, GLOBAL),
+            PhotonMapKind::Caustic => (self.caustic_photons, CAUSTIC),
         };
         // The last segment is that to the eye.
-        let depths = Depths { max: self.depths.max.saturating_sub(1), ..self.depths };
-        (aim == Aim::Everywhere || scene.has_specular())
-            .then(|| harvest(scene, aim, count, depths, [seed, pass, purpose]))
+        let limits = PathLimits { max_depth: self.limits.max_depth.saturating_sub(1), ..self.limits };
+        (kind == PhotonMapKind::Global || scene.has_specular())
+            .then(|| trace_photons(scene, kind, count, limits, [seed, replicate, purpose]))
     }
 }
 
 impl Maps {
     /// Emits all photons of a pass.
-    pub(super) fn new(scene: &Scene, settings: &Settings, seed: u64, pass: u64) -> Self {
+    pub(super) fn new(scene: &Scene, settings: &Settings, seed: u64, replicate: u64) -> Self {
         let [global_lookup, caustic_lookup] = settings.lookups(scene);
         let mut notes = Notes::default();
-        let mut build = |aim: Aim| {
+        let mut build = |kind: PhotonMapKind| {
             let start = Instant::now();
-            let Some(harvest) = settings.harvest(scene, aim, seed, pass) else { return Map::new(&[], Vec::new()) };
-            notes.warnings.extend(harvest.warning(aim));
+            let Some(emitted) = settings.trace_photons(scene, kind, seed, replicate) else {
+                return Map::new(&[], Vec::new());
+            };
+            notes.warnings.extend(emitted.warning(kind));
             let traced = start.elapsed();
-            let count = harvest.emitted;
-            let map = Map::new(&harvest.positions, harvest.photons);
-            let name = aim.name();
+            let count = emitted.emitted;
+            let map = Map::new(&emitted.positions, emitted.photons);
+            let name = kind.name();
             let megabytes = map.bytes() as f64 / 1e6;
             let (traced, built) = (traced.as_secs_f64(), start.elapsed().as_secs_f64() - traced.as_secs_f64());
             notes.facts.push(format!(
@@ -85,9 +93,9 @@ impl Maps {
             ));
             map
         };
-        let (global, caustic) = (build(Aim::Everywhere), build(Aim::Specular));
+        let (global, caustic) = (build(PhotonMapKind::Global), build(PhotonMapKind::Caustic));
         let shadow = (settings.direct == Direct::ShadowPhotons)
-            .then(|| ShadowMap::new(scene, settings.global_photons, global_lookup, [seed, pass, SHADOW]));
+            .then(|| ShadowMap::new(scene, settings.global_photons, global_lookup, [seed, replicate, SHADOW]));
         if let Some(shadow) = &shadow {
             notes.facts.push(format!("shadow map: {} photons", shadow.map().len()));
         }

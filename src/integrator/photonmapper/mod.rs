@@ -1,6 +1,6 @@
 mod eye;
 mod gather;
-mod guide;
+mod histogram;
 mod maps;
 mod settings;
 
@@ -11,16 +11,16 @@ use maps::Maps;
 use settings::{PARAMS, Settings};
 
 use super::{
-    EyeRay, Model, Notes, Preparation, Round,
-    photons::{Parts, check_photons},
+    EyeRay, IntegratorModel, Iteration, Notes, Preprocess,
+    photons::{ClassRadiance, check_photons},
 };
 use crate::{
     film::LayerSpec,
     math::Rgb,
-    node::{Category, Described, Params, Plugin, SceneError},
-    photon::{Aim, Harvest},
-    sampler::PathNumbers,
+    photon::{EmittedPhotons, PhotonMapKind},
+    sampler::PathSampler,
     scene::Scene,
+    scene_file::{Category, Described, Params, Plugin, SceneError},
     transport::PathClass,
 };
 
@@ -79,12 +79,18 @@ impl PhotonMapper {
     /// Emits the photons of one of its maps: those with which it renders a pass. None if it is the map of caustics and
     /// nothing in the scene casts any.
     #[must_use]
-    pub fn harvest(&self, scene: &Scene, aim: Aim, seed: u64, pass: u64) -> Option<Harvest> {
-        self.settings.harvest(scene, aim, seed, pass)
+    pub fn trace_photons(
+        &self,
+        scene: &Scene,
+        kind: PhotonMapKind,
+        seed: u64,
+        replicate: u64,
+    ) -> Option<EmittedPhotons> {
+        self.settings.trace_photons(scene, kind, seed, replicate)
     }
 }
 
-impl Model for PhotonMapper {
+impl IntegratorModel for PhotonMapper {
     fn layers(&self) -> Vec<LayerSpec> {
         let parts = PathClass::ALL.iter().map(|class| class.name());
         parts.chain(self.settings.shows_raw.then_some("raw")).map(LayerSpec::sampled).collect()
@@ -94,12 +100,12 @@ impl Model for PhotonMapper {
         check_photons(scene)
     }
 
-    fn preparation(&self) -> Preparation {
-        Preparation::Pass
+    fn preprocess(&self) -> Preprocess {
+        Preprocess::Replicate
     }
 
-    fn prepared(&self, scene: &Scene, round: &Round) -> Option<Self> {
-        let maps = Maps::new(scene, &self.settings, round.seed, round.pass);
+    fn prepared(&self, scene: &Scene, iteration: &Iteration) -> Option<Self> {
+        let maps = Maps::new(scene, &self.settings, iteration.seed, iteration.replicate);
         Some(Self { settings: self.settings.clone(), maps: Some(Arc::new(maps)) })
     }
 
@@ -107,11 +113,11 @@ impl Model for PhotonMapper {
         self.maps.as_ref().map(|maps| maps.notes()).unwrap_or_default()
     }
 
-    fn radiance(&self, scene: &Scene, eye: &EyeRay, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
-        let maps = self.maps.as_ref().expect("photons are emitted before the pass");
+    fn radiance(&self, scene: &Scene, eye: &EyeRay, sampler: &mut PathSampler, layers: &mut [f64]) -> Rgb {
+        let maps = self.maps.as_ref().expect("photons are emitted before the iteration begins");
         let second = Eye { scene, settings: &self.settings, maps };
-        let mut parts = Parts::default();
-        let raw = second.look(&eye.ray, numbers, &mut parts);
+        let mut parts = ClassRadiance::default();
+        let raw = second.look(&eye.ray, sampler, &mut parts);
         let shown = parts.0.iter().chain(self.settings.shows_raw.then_some(&raw));
         for (layer, light) in layers.chunks_exact_mut(3).zip(shown) {
             light.write_to_slice(layer);

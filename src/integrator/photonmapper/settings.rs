@@ -3,13 +3,13 @@ use std::num::NonZeroUsize;
 use crate::{
     integrator::{
         HIDE_EMITTERS, MAX_DEPTH,
-        photons::{KERNEL, PHOTON_RR_DEPTH, read_kernel, read_photon_depths},
+        photons::{KERNEL, PHOTON_RR_DEPTH, read_kernel, read_photon_path_limits},
     },
-    node::{Kind, Param, Params, Range, SceneError},
-    photon::{Kernel, Lookup},
+    photon::{EstimateParameters, Kernel},
     scene::Scene,
-    sensor::Model as _,
-    transport::Depths,
+    scene_file::{Param, ParamKind, Params, Range, SceneError},
+    sensor::SensorModel as _,
+    transport::PathLimits,
 };
 
 /// What a scene file says of a photon mapper.
@@ -26,7 +26,7 @@ pub(super) struct Settings {
     pub(super) gather: Option<u32>,
     pub(super) is_guided: bool,
     pub(super) shows_raw: bool,
-    pub(super) depths: Depths,
+    pub(super) limits: PathLimits,
     pub(super) hide_emitters: bool,
 }
 
@@ -42,45 +42,55 @@ pub(super) enum Direct {
 const COUNT: Range = Range { min: 1.0, max: 1e8, open: false };
 
 pub(super) const PARAMS: &[Param] = &[
-    Param::new("global_photons", Kind::Integer, "250000", "photons emitted for the global map").within(COUNT),
-    Param::new("caustic_photons", Kind::Integer, "500000", "photons emitted at mirrors and glass for the caustic map")
-        .within(COUNT),
+    Param::new("global_photons", ParamKind::Integer, "250000", "photons emitted for the global map").within(COUNT),
+    Param::new(
+        "caustic_photons",
+        ParamKind::Integer,
+        "500000",
+        "photons emitted at mirrors and glass for the caustic map",
+    )
+    .within(COUNT),
     Param::new(
         "lookup_size",
-        Kind::Integer,
+        ParamKind::Integer,
         "50",
         "photons of an estimate, of which the farthest sets the radius; 0 takes all within the radius",
     )
     .within(Range { min: 0.0, max: 1e6, open: false }),
     Param::optional(
         "global_lookup_radius",
-        Kind::Float,
+        ParamKind::Float,
         "1/20 of the scene's radius, or what two pixels see if that is more",
         "no photon of the global map is taken from farther away, in m",
     )
     .within(Range::LENGTH),
     Param::optional(
         "caustic_lookup_radius",
-        Kind::Float,
+        ParamKind::Float,
         "1/80 of the scene's radius, or what two pixels see if that is more",
         "no photon of the caustic map is taken from farther away, in m",
     )
     .within(Range::LENGTH),
     KERNEL,
-    Param::new("direct", Kind::Choice(&["traced", "map", "shadow_photons"]), "traced", "how direct light is found"),
-    Param::new("indirect", Kind::Choice(&["final_gather", "map"]), "final_gather", "how indirect light is found"),
-    Param::new("gather_samples", Kind::Integer, "1", "rays of each final gathering").within(Range {
+    Param::new(
+        "direct",
+        ParamKind::Choice(&["traced", "map", "shadow_photons"]),
+        "traced",
+        "how direct light is found",
+    ),
+    Param::new("indirect", ParamKind::Choice(&["final_gather", "map"]), "final_gather", "how indirect light is found"),
+    Param::new("gather_samples", ParamKind::Integer, "1", "rays of each final gathering").within(Range {
         min: 1.0,
         max: 1e6,
         open: false,
     }),
     Param::new(
         "gather_importance",
-        Kind::Boolean,
+        ParamKind::Boolean,
         "false",
         "whether gathering goes where the map says light comes from",
     ),
-    Param::new("raw_estimate", Kind::Boolean, "false", "whether a layer \"raw\" shows the global map itself"),
+    Param::new("raw_estimate", ParamKind::Boolean, "false", "whether a layer \"raw\" shows the global map itself"),
     MAX_DEPTH,
     PHOTON_RR_DEPTH,
     HIDE_EMITTERS,
@@ -106,7 +116,7 @@ impl Settings {
             gather: (params.string("indirect")? == "final_gather").then_some(gather_samples),
             is_guided: params.boolean("gather_importance")?,
             shows_raw: params.boolean("raw_estimate")?,
-            depths: read_photon_depths(params)?,
+            limits: read_photon_path_limits(params)?,
             hide_emitters: params.boolean(HIDE_EMITTERS.name)?,
         })
     }
@@ -123,11 +133,11 @@ impl Settings {
 
     /// The lookups of the global and of the caustic map. Radii that are not given are a share of the scene's radius, but not
     /// less than what two pixels see of its middle.
-    pub(super) fn lookups(&self, scene: &Scene) -> [Lookup; 2] {
-        let ball = scene.surroundings();
-        let size = if ball.radius > 0.0 { ball.radius } else { 1.0 };
-        let seen = 2.0 * scene.sensor.camera.footprint(ball.centre).abs();
-        let lookup = |given: Option<f64>, share: f64| Lookup {
+    pub(super) fn lookups(&self, scene: &Scene) -> [EstimateParameters; 2] {
+        let sphere = scene.scene_bounds();
+        let size = if sphere.radius > 0.0 { sphere.radius } else { 1.0 };
+        let seen = 2.0 * scene.sensor.camera.footprint(sphere.centre).abs();
+        let lookup = |given: Option<f64>, share: f64| EstimateParameters {
             nearest: self.nearest,
             radius: given.unwrap_or_else(|| (share * size).max(seen.min(0.2 * size))),
             kernel: self.kernel,

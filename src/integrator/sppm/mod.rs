@@ -1,24 +1,24 @@
-mod cast;
+mod photon_pass;
 mod eye;
 mod settings;
 
 use std::sync::Arc;
 
-use cast::Cast;
 use eye::Eye;
+use photon_pass::PhotonPass;
 use settings::{PARAMS, Schedule, Settings};
 
 use super::{
-    EyeRay, Model, Notes, Preparation, Round,
-    photons::{Parts, check_photons},
+    EyeRay, IntegratorModel, Iteration, Notes, Preprocess,
+    photons::{ClassRadiance, check_photons},
 };
 use crate::{
     film::LayerSpec,
     math::Rgb,
-    node::{Category, Described, Params, Plugin, SceneError},
     photon::radius::PixelRadius,
-    sampler::PathNumbers,
+    sampler::PathSampler,
     scene::Scene,
+    scene_file::{Category, Described, Params, Plugin, SceneError},
     transport::PathClass,
 };
 
@@ -52,7 +52,7 @@ pub struct Sppm {
     /// What the passes before have made of the radii; empty before the first.
     radii: Vec<PixelRadius>,
     /// What the current pass has.
-    cast: Option<Arc<Cast>>,
+    photon_pass: Option<Arc<PhotonPass>>,
 }
 
 impl Described for Sppm {
@@ -70,18 +70,20 @@ impl Described for Sppm {
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
-        Ok(Self { settings: Settings::read(params)?, radii: Vec::new(), cast: None })
+        Ok(Self { settings: Settings::read(params)?, radii: Vec::new(), photon_pass: None })
     }
 }
 
 impl Sppm {
     /// The radii of the round after the current one, if they depend on what that finds.
     fn next_radii(&self) -> Vec<PixelRadius> {
-        self.cast.as_ref().map_or_else(|| self.radii.clone(), |cast| cast.next_radii(&self.settings))
+        self.photon_pass
+            .as_ref()
+            .map_or_else(|| self.radii.clone(), |photon_pass| photon_pass.next_radii(&self.settings))
     }
 }
 
-impl Model for Sppm {
+impl IntegratorModel for Sppm {
     fn layers(&self) -> Vec<LayerSpec> {
         let parts = PathClass::ALL.iter().map(|class| LayerSpec::sampled(class.name()));
         if self.settings.shows_classes { parts.collect() } else { Vec::new() }
@@ -91,26 +93,30 @@ impl Model for Sppm {
         check_photons(scene)
     }
 
-    fn preparation(&self) -> Preparation {
+    fn preprocess(&self) -> Preprocess {
         match self.settings.schedule {
-            Schedule::PerPixel | Schedule::ErrorDriven => Preparation::Chain,
-            Schedule::PerPass => Preparation::Sample,
+            Schedule::PerPixel | Schedule::ErrorDriven => Preprocess::Chain,
+            Schedule::PerPass => Preprocess::Sample,
         }
     }
 
-    fn prepared(&self, scene: &Scene, round: &Round) -> Option<Self> {
-        let cast = Cast::new(scene, &self.settings, round, self.next_radii());
-        Some(Self { settings: self.settings.clone(), radii: Vec::new(), cast: Some(Arc::new(cast)) })
+    fn prepared(&self, scene: &Scene, iteration: &Iteration) -> Option<Self> {
+        let photon_pass = PhotonPass::new(scene, &self.settings, iteration, self.next_radii());
+        Some(Self { settings: self.settings.clone(), radii: Vec::new(), photon_pass: Some(Arc::new(photon_pass)) })
     }
 
-    fn memory(&self) -> Vec<f64> {
-        self.next_radii().iter().flat_map(|radius| [radius.squared, radius.photons, radius.spread]).collect()
+    fn state(&self) -> Vec<f64> {
+        self.next_radii().iter().flat_map(|radius| [radius.squared, radius.photons, radius.squared_distances]).collect()
     }
 
-    fn remember(&mut self, memory: Vec<f64>) {
-        let radius = |of_pixel: &[f64]| PixelRadius { squared: of_pixel[0], photons: of_pixel[1], spread: of_pixel[2] };
-        self.radii = memory.chunks_exact(3).map(radius).collect();
-        self.cast = None;
+    fn restore_state(&mut self, state: Vec<f64>) {
+        let radius = |of_pixel: &[f64]| PixelRadius {
+            squared: of_pixel[0],
+            photons: of_pixel[1],
+            squared_distances: of_pixel[2],
+        };
+        self.radii = state.chunks_exact(3).map(radius).collect();
+        self.photon_pass = None;
     }
 
     fn samples(&self) -> Option<u32> {
@@ -118,13 +124,13 @@ impl Model for Sppm {
     }
 
     fn notes(&self) -> Notes {
-        self.cast.as_ref().map(|cast| cast.notes()).unwrap_or_default()
+        self.photon_pass.as_ref().map(|photon_pass| photon_pass.notes()).unwrap_or_default()
     }
 
-    fn radiance(&self, scene: &Scene, eye: &EyeRay, numbers: &mut PathNumbers, layers: &mut [f64]) -> Rgb {
-        let cast = self.cast.as_ref().expect("photons are emitted before the pass");
-        let mut parts = Parts::default();
-        Eye { scene, settings: &self.settings, cast }.look(eye, numbers, &mut parts);
+    fn radiance(&self, scene: &Scene, eye: &EyeRay, sampler: &mut PathSampler, layers: &mut [f64]) -> Rgb {
+        let photon_pass = self.photon_pass.as_ref().expect("photons are emitted before the pass");
+        let mut parts = ClassRadiance::default();
+        Eye { scene, settings: &self.settings, photon_pass }.look(eye, sampler, &mut parts);
         if self.settings.shows_classes {
             for (layer, light) in layers.chunks_exact_mut(3).zip(parts.0) {
                 light.write_to_slice(layer);

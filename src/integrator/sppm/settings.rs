@@ -1,13 +1,13 @@
 use crate::{
     integrator::{
         HIDE_EMITTERS, MAX_DEPTH, PATH_CLASSES,
-        photons::{KERNEL, PHOTON_RR_DEPTH, read_kernel, read_photon_depths},
+        photons::{KERNEL, PHOTON_RR_DEPTH, read_kernel, read_photon_path_limits},
     },
-    node::{Kind, Param, Params, Range, SceneError},
     photon::Kernel,
     scene::Scene,
-    sensor::Model as _,
-    transport::Depths,
+    scene_file::{Param, ParamKind, Params, Range, SceneError},
+    sensor::SensorModel as _,
+    transport::PathLimits,
 };
 
 /// What a scene file says of progressive photon mapping.
@@ -22,7 +22,7 @@ pub(super) struct Settings {
     pub(super) kernel: Kernel,
     /// Whether connections find the light that comes straight from lights; else photons do.
     pub(super) connects: bool,
-    pub(super) depths: Depths,
+    pub(super) limits: PathLimits,
     pub(super) hide_emitters: bool,
     pub(super) shows_classes: bool,
 }
@@ -42,27 +42,37 @@ pub(super) enum Schedule {
 const INITIAL_PIXELS: f64 = 2.0;
 
 pub(super) const PARAMS: &[Param] = &[
-    Param::optional("max_passes", Kind::Integer, "the sampler's sample_count", "passes, unless --spp says how many")
-        .within(Range { min: 1.0, max: 4_294_967_295.0, open: false }),
-    Param::new("photon_count", Kind::Integer, "250000", "photons emitted in each pass").within(Range {
+    Param::optional(
+        "max_passes",
+        ParamKind::Integer,
+        "the sampler's sample_count",
+        "passes, unless --spp says how many",
+    )
+    .within(Range { min: 1.0, max: 4_294_967_295.0, open: false }),
+    Param::new("photon_count", ParamKind::Integer, "250000", "photons emitted in each pass").within(Range {
         min: 1.0,
         max: 1e8,
         open: false,
     }),
-    Param::new("initial_radius", Kind::Float, "0", "the radius of the first pass in m; 0 takes what two pixels see")
-        .within(Range { min: 0.0, max: f64::MAX, open: false }),
-    Param::new("alpha", Kind::Float, "0.7", "how many of the photons that a pass adds stay within the radius")
+    Param::new(
+        "initial_radius",
+        ParamKind::Float,
+        "0",
+        "the radius of the first pass in m; 0 takes what two pixels see",
+    )
+    .within(Range { min: 0.0, max: f64::MAX, open: false }),
+    Param::new("alpha", ParamKind::Float, "0.7", "how many of the photons that a pass adds stay within the radius")
         .within(Range { min: 0.0, max: 1.0, open: true }),
     Param::new(
         "radius_schedule",
-        Kind::Choice(&["per_pixel", "error_driven", "per_pass"]),
+        ParamKind::Choice(&["per_pixel", "error_driven", "per_pass"]),
         "per_pixel",
         "whether radii shrink by what each pixel finds, where that tells of bias, or by the number of the pass",
     ),
     KERNEL,
     Param::new(
         "direct",
-        Kind::Choice(&["traced", "map"]),
+        ParamKind::Choice(&["traced", "map"]),
         "traced",
         "whether light straight from lights is found by connections or in photons",
     ),
@@ -92,7 +102,7 @@ impl Settings {
             schedule,
             kernel: read_kernel(params)?,
             connects: params.string("direct")? == "traced",
-            depths: read_photon_depths(params)?,
+            limits: read_photon_path_limits(params)?,
             hide_emitters: params.boolean(HIDE_EMITTERS.name)?,
             shows_classes: params.boolean(PATH_CLASSES.name)?,
         })
@@ -105,9 +115,9 @@ impl Settings {
 
     /// A radius of the first pass that is typical of a scene.
     pub(super) fn typical_radius(&self, scene: &Scene) -> f64 {
-        let ball = scene.surroundings();
-        let size = if ball.radius > 0.0 { ball.radius } else { 1.0 };
-        let seen = self.first_radius(scene.sensor.camera.footprint(ball.centre).abs());
+        let sphere = scene.scene_bounds();
+        let size = if sphere.radius > 0.0 { sphere.radius } else { 1.0 };
+        let seen = self.first_radius(scene.sensor.camera.footprint(sphere.centre).abs());
         if self.initial_radius.is_some() { seen } else { seen.clamp(1e-4 * size, 0.2 * size) }
     }
 }

@@ -9,7 +9,7 @@ use std::{
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-use super::{Checkpoint, Record, draft::Draft};
+use super::{Checkpoint, RenderRecord, draft::Draft};
 use crate::{
     film::{Film, exr::FileError},
     render::drive::count,
@@ -29,32 +29,32 @@ fn first_line(bytes: u64) -> String {
 /// The line of JSON.
 #[derive(Serialize, Deserialize)]
 struct Header {
-    record: Record,
+    record: RenderRecord,
     /// How many numbers a chained integrator remembers.
-    memory: u64,
+    state: u64,
     has_splats: bool,
 }
 
 impl Header {
     /// How many bytes of sums belong to it; None if more than can be counted.
     fn bytes(&self) -> Option<u64> {
-        self.memory.checked_mul(8)?.checked_add(self.record.identity.frame.bytes(self.has_splats)?)
+        self.state.checked_mul(8)?.checked_add(self.record.identity.frame.bytes(self.has_splats)?)
     }
 }
 
-impl Record {
+impl RenderRecord {
     /// Writes it with its sums as a whole or not at all.
     ///
     /// # Errors
     /// If the file cannot be written; then what was there before still is.
-    pub fn write(&self, path: &Path, film: &Film, memory: &[f64]) -> Result<(), FileError> {
+    pub fn write(&self, path: &Path, film: &Film, state: &[f64]) -> Result<(), FileError> {
         let fault = |error: io::Error| FileError::new(path, error);
         if path.is_dir() {
             return Err(FileError::new(path, "is a folder"));
         }
-        let header = Header { record: self.clone(), memory: memory.len() as u64, has_splats: film.has_splats() };
+        let header = Header { record: self.clone(), state: state.len() as u64, has_splats: film.has_splats() };
         let draft = Draft::new(path).map_err(fault)?;
-        match write(draft.file(), &header, film, memory) {
+        match write(draft.file(), &header, film, state) {
             Ok(()) => draft.finish().map_err(fault),
             Err(error) => {
                 draft.discard();
@@ -64,13 +64,13 @@ impl Record {
     }
 }
 
-fn write(file: &File, header: &Header, film: &Film, memory: &[f64]) -> io::Result<()> {
+fn write(file: &File, header: &Header, film: &Film, state: &[f64]) -> io::Result<()> {
     let json = serde_json::to_string(header)? + "\n";
     let sums = header.bytes().ok_or(io::ErrorKind::FileTooLarge)?;
     let mut writer = Hashing { inner: BufWriter::new(file), hash: Sha256::new() };
     writer.write_all(first_line(FIRST + json.len() as u64 + sums + HASH).as_bytes())?;
     writer.write_all(json.as_bytes())?;
-    memory.iter().try_for_each(|number| writer.write_all(&number.to_le_bytes()))?;
+    state.iter().try_for_each(|number| writer.write_all(&number.to_le_bytes()))?;
     film.write_sums(&mut writer)?;
     let hash = writer.hash.finalize();
     writer.inner.write_all(&hash)?;
@@ -173,8 +173,8 @@ fn read(mut file: &File, length: u64) -> Result<Checkpoint, String> {
     // Only now is there room made: as much as the file has.
     let film = (expected == Some(length)).then(|| header.record.identity.frame.film()).flatten();
     let mut film = film.ok_or("its header is wrong: what it says is not what there is")?;
-    let mut memory = vec![0.0; header.memory as usize];
-    for number in &mut memory {
+    let mut state = vec![0.0; header.state as usize];
+    for number in &mut state {
         let mut bytes = [0; 8];
         reader.read_exact(&mut bytes).map_err(fault)?;
         *number = f64::from_le_bytes(bytes);
@@ -183,5 +183,5 @@ fn read(mut file: &File, length: u64) -> Result<Checkpoint, String> {
     if !film.has_samples(count(&header.record.taken)) {
         return Err("its header is wrong: its sums are of another number of samples".into());
     }
-    Ok(Checkpoint { record: header.record, film, memory })
+    Ok(Checkpoint { record: header.record, film, state })
 }

@@ -8,13 +8,13 @@ use std::fmt::Write as _;
 use rangemap::RangeSet;
 use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
 
-use super::{Pass, Renderer, drive::count};
+use super::{Renderer, Replicate, drive::count};
 use crate::{
     film::{Film, Frame},
     integrator::{Integrator, Overrides},
-    node::{Document, SceneError},
     provenance,
-    sampler::{Model as _, Sampler},
+    sampler::{Sampler, SamplerModel as _},
+    scene_file::{Document, SceneError},
 };
 
 /// All that the samples of a render are a function of, besides their numbers.
@@ -35,7 +35,7 @@ pub struct Identity {
     /// The seed.
     pub seed: u64,
     /// The number of the pass.
-    pub pass: u64,
+    pub replicate: u64,
     /// The film.
     pub frame: Frame,
 }
@@ -51,7 +51,7 @@ impl Identity {
         definitions: &[(String, String)],
         overrides: &Overrides,
         renderer: &Renderer,
-        pass: Pass,
+        replicate: Replicate,
     ) -> Result<Self, SceneError> {
         let unread = |error| SceneError::nowhere(format!("a file of the scene cannot be read any more: {error}"));
         let is_open_ended = renderer.scene.sensor.sampler.is_open_ended();
@@ -61,9 +61,9 @@ impl Identity {
             definitions: definitions.to_vec(),
             integrator: Integrator::described(document, overrides)?,
             sampler: Sampler::described(document),
-            samples: (!is_open_ended).then_some(pass.samples),
-            seed: pass.seed,
-            pass: pass.number,
+            samples: (!is_open_ended).then_some(replicate.samples),
+            seed: replicate.seed,
+            replicate: replicate.number,
             frame: renderer.film().frame(),
         })
     }
@@ -94,7 +94,7 @@ impl Identity {
             ("sampler", self.sampler.clone()),
             ("number of samples, on which its sampler depends", self.samples.map_or("any".into(), |n| n.to_string())),
             ("seed", self.seed.to_string()),
-            ("pass", self.pass.to_string()),
+            ("replicate", self.replicate.to_string()),
             ("film", frame),
         ]
     }
@@ -102,7 +102,7 @@ impl Identity {
 
 /// What a render took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Cost {
+pub struct ResourceUse {
     /// Wall time.
     pub seconds: f64,
     /// Time of all cores, the system's for it too; 0 where it is not known.
@@ -111,7 +111,7 @@ pub struct Cost {
     pub peak_bytes: u64,
 }
 
-impl Cost {
+impl ResourceUse {
     /// Of both, one after the other.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
@@ -125,7 +125,7 @@ impl Cost {
 
 /// A checkpoint without its sums.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Record {
+pub struct RenderRecord {
     /// What is rendered.
     pub identity: Identity,
     /// What the header of its image says besides samples and cost: names and texts.
@@ -136,7 +136,7 @@ pub struct Record {
     #[serde(deserialize_with = "ranges")]
     pub taken: RangeSet<u32>,
     /// What they took.
-    pub cost: Cost,
+    pub cost: ResourceUse,
 }
 
 /// The crate's own reader panics at ranges that are none.
@@ -152,18 +152,18 @@ fn ranges<'de, D: Deserializer<'de>>(from: D) -> Result<RangeSet<u32>, D::Error>
 #[derive(Clone, Debug)]
 pub struct Checkpoint {
     /// What it is of.
-    pub record: Record,
+    pub record: RenderRecord,
     /// The sums of the samples that are taken.
     pub film: Film,
-    /// What [`super::Rendering::memory`] gave.
-    pub memory: Vec<f64>,
+    /// What [`super::Rendering::state`] gave.
+    pub state: Vec<f64>,
 }
 
-impl Record {
+impl RenderRecord {
     /// All that the header of the image says.
     #[must_use]
     pub fn header(&self) -> Vec<(String, String)> {
-        let Cost { seconds, core_seconds, peak_bytes } = self.cost;
+        let ResourceUse { seconds, core_seconds, peak_bytes } = self.cost;
         let measured = [
             ("etendue.spp", count(&self.taken).to_string()),
             ("etendue.seconds", format!("{seconds:.3}")),
@@ -196,7 +196,7 @@ impl Checkpoint {
                 in_words(std::slice::from_ref(twice))
             ));
         }
-        if !self.memory.is_empty() || !other.memory.is_empty() {
+        if !self.state.is_empty() || !other.state.is_empty() {
             return Err(
                 "is of an integrator each sample of which follows from those before, which is in one piece".into()
             );

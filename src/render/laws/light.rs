@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use super::{Pass, Renderer};
+use super::{Renderer, Replicate};
 use crate::{
     integrator::{Overrides, laws::caustics::pane},
     law::{Effort, Finding, Law},
-    node::xml,
+    scene_file::xml,
     stats::{Estimate, Moments, equivalence::TO_RADIUS_ZERO},
     transport::PathClass,
 };
@@ -141,7 +141,7 @@ fn quarters(renderer: &Renderer, seed: u64, passes: u64) -> [Moments; 4] {
     let crop = renderer.scene.sensor.film.rendered();
     let mut moments = [Moments::default(); 4];
     for number in 0..passes {
-        let pixels = renderer.render(Pass { seed, number, samples: 48 }, &|_| {}).means();
+        let pixels = renderer.render(Replicate { seed, number, samples: 48 }, &|_| {}).means();
         let mut sums = [0.0; 4];
         for (i, [r, g, b]) in pixels.iter().enumerate() {
             let (x, y) = (i as u32 % crop.width, i as u32 / crop.width);
@@ -168,7 +168,7 @@ fn extrapolated(make: impl Fn(Given<'_>) -> Renderer, least: f64, samples: u32, 
         let mut sums = [0.0; 5];
         for (renderer, weight) in &renderers {
             // The same photons and the same samples for all three radii.
-            let parts = parts(renderer, Pass { seed: 94, number, samples });
+            let parts = parts(renderer, Replicate { seed: 94, number, samples });
             sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += weight * part);
         }
         moments.iter_mut().zip(sums).for_each(|(moments, sum)| moments.push(sum));
@@ -177,8 +177,8 @@ fn extrapolated(make: impl Fn(Given<'_>) -> Renderer, least: f64, samples: u32, 
 }
 
 /// The mean of a mixture of the channels of each layer of the four classes, and of the image.
-fn parts(renderer: &Renderer, pass: Pass) -> [f64; 5] {
-    let image = renderer.render(pass, &|_| {}).image();
+fn parts(renderer: &Renderer, replicate: Replicate) -> [f64; 5] {
+    let image = renderer.render(replicate, &|_| {}).image();
     let mean = |prefix: &str| {
         let channel = |name: &str, weight: f64| {
             let plane = image.channel(&format!("{prefix}{name}")).expect("the image has four parts");
@@ -219,7 +219,7 @@ fn glass_room() -> String {
 fn unseen(_: Effort) -> Vec<Finding> {
     let light = |integrator| -> f64 {
         let renderer = renderer(&pane::scene(), &pinhole(FILTER), integrator, &[]);
-        renderer.render(Pass { seed: 95, number: 0, samples: 64 }, &|_| {}).means().as_flattened().iter().sum()
+        renderer.render(Replicate { seed: 95, number: 0, samples: 64 }, &|_| {}).means().as_flattened().iter().sum()
     };
     let dark = |integrator| Finding::value(integrator, light(integrator), 0.0, 0.0);
     let mut findings: Vec<_> = ["path", "ptracer"].map(dark).into();
@@ -240,7 +240,7 @@ fn split(effort: Effort) -> Vec<Finding> {
     let path = renderer(&scene, &sensor, "path", &[depth, ("path_classes", "true")]);
     let mut truth = [Moments::default(); 5];
     for number in 0..passes {
-        let parts = parts(&path, Pass { seed: 93, number, samples: 1024 });
+        let parts = parts(&path, Replicate { seed: 93, number, samples: 1024 });
         truth.iter_mut().zip(parts).for_each(|(moments, part)| moments.push(part));
     }
     let ways: [(&str, [f64; 5], Given<'_>); 4] = [
@@ -270,7 +270,7 @@ fn by_nearest(scene: &str, sensor: &str, truth: &Moments, passes: u64) -> Findin
     const BOUND: f64 = 0.03;
     let params = [("max_depth", "6"), ("global_photons", "60000"), ("caustic_photons", "60000")];
     let renderer = renderer(scene, sensor, "photonmapper", &params);
-    let sums = (0..passes).map(|number| parts(&renderer, Pass { seed: 96, number, samples: 32 })[4]);
+    let sums = (0..passes).map(|number| parts(&renderer, Replicate { seed: 96, number, samples: 32 })[4]);
     let estimate = |moments| Estimate::from_moments(moments).expect("there are two passes or more");
     Finding::equivalent("50 nearest, sum", &estimate(&sums.collect()), &estimate(truth), BOUND)
 }

@@ -6,12 +6,12 @@ use std::path::Path;
 
 use glam::{DVec2, DVec3};
 
-use super::{Pass, Renderer};
+use super::{Renderer, Replicate};
 use crate::{
     film::splats,
     integrator::Overrides,
     law::{Effort, Finding, Law, worst},
-    node::xml,
+    scene_file::xml,
     stats::Moments,
 };
 
@@ -19,7 +19,7 @@ use crate::{
 pub const LAWS: &[Law] = &[
     Law {
         name: "film/coverage",
-        claim: "A pixel shows the share of it that a shining rectangle covers, in its place on the film, on a crop too.",
+        claim: "A pixel shows the share of it that a emitted rectangle covers, in its place on the film, on a crop too.",
         source: "areas of rectangles",
         check: coverage,
     },
@@ -87,10 +87,10 @@ fn coverage(effort: Effort) -> Vec<Finding> {
             for x in 0..part.width {
                 let low = DVec2::new(f64::from(part.x + x), f64::from(part.y + y));
                 let share = (to.min(low + 1.0) - from.max(low)).max(DVec2::ZERO);
-                let pass = Pass { seed: 80, number: 0, samples: effort.samples(2000) };
-                let mut rendering = renderer.begin(pass);
+                let replicate = Replicate { seed: 80, number: 0, samples: effort.samples(2000) };
+                let mut rendering = renderer.begin(replicate);
                 let mut sample = |i| rendering.sample((x, y), i, &mut values, &mut splats::Path::default()).x;
-                let shown: Moments = (0..pass.samples).map(&mut sample).collect();
+                let shown: Moments = (0..replicate.samples).map(&mut sample).collect();
                 findings.push(Finding::mean(format!("{name}, pixel ({x}, {y})"), &shown, share.x * share.y));
             }
         }
@@ -109,20 +109,20 @@ fn aov(_: Effort) -> Vec<Finding> {
         CENTRE.x, CENTRE.y, CENTRE.z
     );
     let renderer = renderer(integrator, CROP, &scene);
-    let pass = Pass { seed: 81, number: 0, samples: 16 };
+    let replicate = Replicate { seed: 81, number: 0, samples: 16 };
     let mut findings =
-        worst(1e-9, |note| for_samples(&renderer, pass, |pixel, values| check_sample(pixel, values, note)));
-    findings.extend(means(&renderer, pass));
+        worst(1e-9, |note| for_samples(&renderer, replicate, |pixel, values| check_sample(pixel, values, note)));
+    findings.extend(means(&renderer, replicate));
     findings
 }
 
 /// What every sample of every pixel shows: three numbers of the image, which is black, then the layers.
-fn for_samples(renderer: &Renderer, pass: Pass, mut visit: impl FnMut((u32, u32), &[f64])) {
+fn for_samples(renderer: &Renderer, replicate: Replicate, mut visit: impl FnMut((u32, u32), &[f64])) {
     let part = renderer.scene.sensor.film.rendered();
     let mut values = vec![0.0; renderer.film().stride()];
-    let mut rendering = renderer.begin(pass);
+    let mut rendering = renderer.begin(replicate);
     for pixel in (0..part.height).flat_map(|y| (0..part.width).map(move |x| (x, y))) {
-        for i in 0..pass.samples {
+        for i in 0..replicate.samples {
             rendering.sample(pixel, i, &mut values, &mut splats::Path::default());
             visit((part.x + pixel.0, part.y + pixel.1), &values);
         }
@@ -149,17 +149,17 @@ fn check_sample((x, y): (u32, u32), values: &[f64], note: &mut dyn FnMut(&str, f
 }
 
 /// The image's planes against the means of the samples, to the precision of `f32`.
-fn means(renderer: &Renderer, pass: Pass) -> Vec<Finding> {
-    let image = renderer.render(pass, &|_| {}).image();
+fn means(renderer: &Renderer, replicate: Replicate) -> Vec<Finding> {
+    let image = renderer.render(replicate, &|_| {}).image();
     let channels = ["d.T", "p.X", "p.Y", "p.Z", "n.X", "n.Y", "n.Z", "g.X", "g.Y", "g.Z"];
     let width = image.crop.width;
     let mut sums = vec![[0.0; 10]; image.crop.width as usize * image.crop.height as usize];
-    for_samples(renderer, pass, |(x, y), values| {
+    for_samples(renderer, replicate, |(x, y), values| {
         let pixel = (y - image.crop.y) * width + x - image.crop.x;
         sums[pixel as usize]
             .iter_mut()
             .zip(&values[3..])
-            .for_each(|(sum, value)| *sum += value / f64::from(pass.samples));
+            .for_each(|(sum, value)| *sum += value / f64::from(replicate.samples));
     });
     let of_channel = |(i, name): (usize, &str)| {
         let plane = image.channel(name).expect("the image has the channels that were asked for");
@@ -167,7 +167,7 @@ fn means(renderer: &Renderer, pass: Pass) -> Vec<Finding> {
         Finding::error(format!("mean of {name}"), errors.fold(0.0, f64::max), 1e-6)
     };
     let counts = image.channel("c.N").expect("the image has the channels that were asked for");
-    let miscounted = counts.iter().filter(|count| f64::from(**count) != f64::from(pass.samples)).count();
+    let miscounted = counts.iter().filter(|count| f64::from(**count) != f64::from(replicate.samples)).count();
     let mut findings: Vec<_> = channels.into_iter().enumerate().map(of_channel).collect();
     findings.push(Finding::error("sample_count", miscounted as f64, 0.0));
     findings
@@ -187,7 +187,7 @@ fn wireframe(effort: Effort) -> Vec<Finding> {
     let half_pixel = 0.25;
     let band = area * (1.0 - (1.0 - half_pixel / inradius).powi(2));
     let total = |number: u64| {
-        let image = renderer.render(Pass { seed: 5, number, samples: 64 }, &|_| {}).image();
+        let image = renderer.render(Replicate { seed: 5, number, samples: 64 }, &|_| {}).image();
         let layer = image.channel("edges.Y").expect("the layer is there");
         layer.iter().map(|&y| f64::from(y)).sum::<f64>() / 4.0
     };

@@ -9,8 +9,8 @@ use super::subjects::{octahedron, revolved_area};
 use crate::{
     law::{Effort, Finding, Law, worst},
     math::{Frame, Ray, rng::Stream, warp},
-    node::xml,
-    shape::{Hit, Line, Model as _, Shape, mesh},
+    scene_file::xml,
+    shape::{Hit, Line, Shape, ShapeModel as _, mesh},
     stats::Moments,
 };
 
@@ -39,7 +39,7 @@ pub const LAWS: &[Law] = &[
     },
     Law {
         name: "csg/normals",
-        claim: "Normals of every leaf point against the line where it enters the result and along it where it leaves.",
+        claim: "Normals of every operand_index point against the line where it enters the result and along it where it leaves.",
         source: "definition",
         check: normals,
     },
@@ -230,7 +230,7 @@ fn lines_through(solid: &Solid, effort: Effort) -> Vec<Finding> {
 }
 
 fn crossings(shape: &Shape, ray: &Ray) -> Vec<Hit> {
-    shape.form.cross(&Line::new(ray)).into_iter().map(Hit::from).collect()
+    shape.geometry.cross(&Line::new(ray)).into_iter().map(Hit::from).collect()
 }
 
 /// Negative inside of a solid.
@@ -257,14 +257,14 @@ const LEAVES: [(&str, Inequality); 6] = [
 impl Tree {
     fn random(stream: &mut Stream, depth: u32) -> Self {
         if depth == 0 || stream.next_1d() < 0.2 {
-            return Self::leaf(stream);
+            return Self::operand_index(stream);
         }
         let operation = (stream.next_1d() * 3.0) as usize;
         let count = 2 + (stream.next_1d() * 2.0) as usize;
         Self::Node { operation, children: (0..count).map(|_| Self::random(stream, depth - 1)).collect() }
     }
 
-    fn leaf(stream: &mut Stream) -> Self {
+    fn operand_index(stream: &mut Stream) -> Self {
         let (kind, form) = LEAVES[(stream.next_1d() * LEAVES.len() as f64) as usize];
         let mut signed = |size: f64| size * (2.0 * stream.next_1d() - 1.0);
         let centre = DVec3::new(signed(0.8), signed(0.8), signed(0.8));

@@ -15,7 +15,7 @@ use glam::{DVec2, DVec3};
 
 use subjects::{Subject, subjects};
 
-use super::{Drawn, Model as _, Shapes, Surface};
+use super::{ShapeModel as _, ShapeSample, Shapes, Surface};
 use crate::{
     law::{Effort, Finding, Law, worst},
     math::{Frame, PerArea, Ray, rng::Stream, warp},
@@ -62,23 +62,23 @@ pub const LAWS: &[Law] = &[
         check: entering_leaving,
     },
     Law {
-        name: "shape/area-density",
-        claim: "Points are drawn on the surface with the density that is stated: ∫ f dA for f = 1, x, y, z, and their products.",
+        name: "shape/area-pdf",
+        claim: "Points are drawn on the surface with the pdf that is stated: ∫ f dA for f = 1, x, y, z, and their products.",
         source: "Crofton's formula; Santaló 2004, section 14.4; closed areas and areas by quadrature of |∂u × ∂v|",
-        check: area_density,
+        check: pdf_position,
     },
     Law {
-        name: "shape/drawn-points",
-        claim: "A drawn point has the normal, the texture coordinates and the density that a ray finds there.",
+        name: "shape/sampled-points",
+        claim: "A drawn point has the normal, the texture coordinates and the pdf that a ray finds there.",
         source: "definition",
         check: drawn_points,
     },
     Law {
-        name: "shape/density-towards",
-        claim: "Points seen from elsewhere are drawn with the density per solid angle that is stated: ∫ f dω over what is \
-                seen, for f = 1, the direction, and the density itself.",
+        name: "shape/pdf-towards",
+        claim: "Points seen from elsewhere are drawn with the pdf per solid angle that is stated: ∫ f dω over what is \
+                seen, for f = 1, the direction, and the pdf itself.",
         source: "uniform directions in the cone around the bounding sphere",
-        check: density_towards,
+        check: pdf_direction,
     },
     Law {
         name: "shape/line-volume",
@@ -95,8 +95,8 @@ pub const LAWS: &[Law] = &[
 ];
 
 /// The subjects that can be lights.
-fn shining() -> Vec<Subject> {
-    subjects().into_iter().filter(|subject| subject.shape.cannot_shine().is_none()).collect()
+fn emitted() -> Vec<Subject> {
+    subjects().into_iter().filter(|subject| subject.shape.not_an_emitter_because().is_none()).collect()
 }
 
 /// Notes errors at the crossings of many lines.
@@ -194,8 +194,8 @@ fn texture_coordinates(effort: Effort) -> Vec<Finding> {
                 note(&subject.name, apart.min((1.0 - apart).abs()).max_element());
             };
             crossings.iter().for_each(|(_, surface)| compare(surface.p, surface.uv));
-            if subject.shape.cannot_shine().is_none() {
-                let drawn = subject.shape.sample_area(stream.next_2d());
+            if subject.shape.not_an_emitter_because().is_none() {
+                let drawn = subject.shape.sample_position(stream.next_2d());
                 compare(drawn.p, drawn.uv);
             }
         });
@@ -233,9 +233,9 @@ fn polynomials(p: DVec3) -> [f64; 10] {
     [1.0, p.x, p.y, p.z, p.x * p.x, p.y * p.y, p.z * p.z, p.x * p.y, p.y * p.z, p.z * p.x]
 }
 
-fn area_density(effort: Effort) -> Vec<Finding> {
+fn pdf_position(effort: Effort) -> Vec<Finding> {
     let samples = effort.samples(30_000);
-    shining().iter().flat_map(|subject| area_of(subject, samples)).collect()
+    emitted().iter().flat_map(|subject| area_of(subject, samples)).collect()
 }
 
 fn area_of(subject: &Subject, samples: u32) -> Vec<Finding> {
@@ -247,11 +247,11 @@ fn area_of(subject: &Subject, samples: u32) -> Vec<Finding> {
         let crossings = subject.crossings(&subject.line(&mut stream));
         let values = crossings.iter().map(|(_, surface)| polynomials((surface.p - centre) / radius));
         let sums = values.fold([0.0; 10], |sum, f| std::array::from_fn(|i| sum[i] + f[i]));
-        let drawn = subject.shape.sample_area(stream.next_2d());
+        let drawn = subject.shape.sample_position(stream.next_2d());
         let f = polynomials((drawn.p - centre) / radius);
         for i in 0..10 {
             by_lines[i].push(TAU * radius * radius * sums[i]);
-            by_draws[i].push(f[i] / drawn.density.0);
+            by_draws[i].push(f[i] / drawn.pdf.0);
         }
     }
     let name = |i: usize| format!("{}, {}", subject.name, ["1", "x", "y", "z", "x²", "y²", "z²", "xy", "yz", "zx"][i]);
@@ -274,11 +274,11 @@ fn area_by_draws(subject: &Subject, area: f64, draws: &Moments) -> Finding {
 
 fn drawn_points(effort: Effort) -> Vec<Finding> {
     worst(1e-6, |note| {
-        for subject in &shining() {
+        for subject in &emitted() {
             let (_, radius) = subject.ball();
             let mut stream = Stream::at(&[26]);
             for _ in 0..effort.samples(2000) {
-                let drawn = subject.shape.sample_area(stream.next_2d());
+                let drawn = subject.shape.sample_position(stream.next_2d());
                 let ray = Ray::new(drawn.p + 1e-3 * radius * drawn.n, -drawn.n);
                 let Some(hit) = subject.shape.intersect(&ray) else {
                     // At a rim the ray may pass by.
@@ -286,27 +286,27 @@ fn drawn_points(effort: Effort) -> Vec<Finding> {
                 };
                 let found = subject.shape.surface(&ray, &hit);
                 if found.p.distance(drawn.p) < 1e-9 * radius {
-                    note(&subject.name, difference(&drawn, &found, subject.shape.area_density(&found)));
+                    note(&subject.name, difference(&drawn, &found, subject.shape.pdf_position(&found)));
                 }
             }
         }
     })
 }
 
-fn difference(drawn: &Drawn<PerArea>, found: &Surface, density: PerArea) -> f64 {
+fn difference(drawn: &ShapeSample<PerArea>, found: &Surface, pdf: PerArea) -> f64 {
     // Longitudes 0 and 1 are the same.
     let apart = (drawn.uv - found.uv).abs();
     let uv = apart.min((1.0 - apart).abs());
-    drawn.n.distance(found.n).max(uv.max_element()).max((drawn.density.0 / density.0 - 1.0).abs())
+    drawn.n.distance(found.n).max(uv.max_element()).max((drawn.pdf.0 / pdf.0 - 1.0).abs())
 }
 
 /// From near, from beside and from afar, in units of the bounding ball.
 const VIEWPOINTS: [DVec3; 3] = [DVec3::new(0.3, -0.2, 1.1), DVec3::new(-1.5, 0.4, -0.3), DVec3::new(3.0, 4.0, -2.0)];
 
-fn density_towards(effort: Effort) -> Vec<Finding> {
+fn pdf_direction(effort: Effort) -> Vec<Finding> {
     let samples = effort.samples(20_000);
     let mut findings = Vec::new();
-    for subject in &shining() {
+    for subject in &emitted() {
         let (centre, radius) = subject.ball();
         for (i, viewpoint) in VIEWPOINTS.into_iter().enumerate() {
             findings.extend(seen_from(subject, &format!("view {}", i + 1), centre + radius * viewpoint, samples));
@@ -327,25 +327,25 @@ fn seen_from(subject: &Subject, view: &str, from: DVec3, samples: u32) -> Vec<Fi
     let mut apart = 0.0_f64;
     for _ in 0..samples {
         let mut values = [0.0; 5];
-        let drawn = subject.shape.sample_towards(from, stream.next_2d());
+        let drawn = subject.shape.sample_direction(from, stream.next_2d());
         if let Some(drawn) = drawn.filter(|drawn| subject.shape.intersect(&Ray::between(from, drawn.p)).is_none()) {
             let surface = Surface::flat(drawn.p, drawn.n, drawn.uv, 0);
-            let density = subject.shape.density_towards(from, &surface).0;
-            apart = apart.max((drawn.density.0 / density - 1.0).abs());
-            values = cone.functions((drawn.p - from).normalize(), density).map(|f| f / drawn.density.0);
+            let pdf = subject.shape.pdf_direction(from, &surface).0;
+            apart = apart.max((drawn.pdf.0 / pdf - 1.0).abs());
+            values = cone.functions((drawn.p - from).normalize(), pdf).map(|f| f / drawn.pdf.0);
         }
         by_draws.iter_mut().zip(values).for_each(|(moments, value)| moments.push(value));
         let mut values = [0.0; 5];
         let ray = Ray::new(from, cone.direction(stream.next_2d()));
         if let Some(hit) = subject.shape.intersect(&ray) {
-            let density = subject.shape.density_towards(from, &subject.shape.surface(&ray, &hit)).0;
-            values = cone.functions(ray.direction, density).map(|f| f * cone.solid_angle());
+            let pdf = subject.shape.pdf_direction(from, &subject.shape.surface(&ray, &hit)).0;
+            values = cone.functions(ray.direction, pdf).map(|f| f * cone.solid_angle());
         }
         by_directions.iter_mut().zip(values).for_each(|(moments, value)| moments.push(value));
     }
     let name = |what: &str| format!("{}, {view}, {what}", subject.name);
     let mut findings: Vec<_> = (0..5)
-        .map(|i| Finding::equal_means(name(["1", "x", "y", "z", "density"][i]), &by_draws[i], &by_directions[i]))
+        .map(|i| Finding::equal_means(name(["1", "x", "y", "z", "pdf"][i]), &by_draws[i], &by_directions[i]))
         .collect();
     findings.push(Finding::error(name("stated twice"), apart, 1e-6));
     findings
@@ -374,9 +374,9 @@ impl Cone {
     }
 
     /// 1, the direction across the cone and along it, and the density, which has no variance beyond a bound.
-    fn functions(&self, direction: DVec3, density: f64) -> [f64; 5] {
+    fn functions(&self, direction: DVec3, pdf: f64) -> [f64; 5] {
         let d = self.frame.to_local(direction) / self.one_minus_cos.min(1.0).sqrt();
-        [1.0, d.x, d.y, 1.0 - d.z, density.min(20.0 / self.solid_angle())]
+        [1.0, d.x, d.y, 1.0 - d.z, pdf.min(20.0 / self.solid_angle())]
     }
 }
 

@@ -6,9 +6,9 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use crate::{
     math::{Frame, Ray, rng::Stream, warp},
-    node::{Category, Document, Params, xml},
+    scene_file::{Category, Document, Params, xml},
     shape::{
-        Form, Model as _, Shape, Surface,
+        Geometry, Shape, ShapeModel as _, Surface,
         mesh::{Mesh, MeshData, Ply},
     },
 };
@@ -35,7 +35,7 @@ pub(super) struct Known {
 }
 
 pub(super) fn subjects() -> Vec<Subject> {
-    let examples = Form::PLUGINS.iter().flat_map(|plugin| {
+    let examples = Geometry::PLUGINS.iter().flat_map(|plugin| {
         plugin.examples.iter().enumerate().map(|(i, example)| {
             let document = xml::parse_element(example).expect("examples are valid XML");
             from_example(format!("{} #{}", plugin.name, i + 1), &document)
@@ -320,9 +320,9 @@ fn mesh(name: &str, data: MeshData, to_world: &DAffine3, face_normals: bool, con
     let volume = triangles.iter().map(|[a, b, c]| a.dot(b.cross(*c)) / 6.0).sum();
     let equation =
         Box::new(move |p| triangles.iter().map(|triangle| beside(triangle, p)).fold(f64::INFINITY, f64::min));
-    let form = Form::Ply(Mesh::<Ply>::new(data, to_world, face_normals));
+    let geometry = Geometry::Ply(Mesh::<Ply>::new(data, to_world, face_normals));
     let known = Known { equation, uv: None, area: Some(area), volume: Some(volume), convex };
-    Subject { name: name.to_owned(), shape: Shape { form, flipped: false }, known: Some(known) }
+    Subject { name: name.to_owned(), shape: Shape { geometry, flipped: false }, known: Some(known) }
 }
 
 /// How far a point is from a triangle's plane, and how far its barycentric coordinates are from those of the triangle.

@@ -8,8 +8,8 @@ use super::{Mesh, MeshData, Ply};
 use crate::{
     law::{Effort, Finding, Law, worst},
     math::{Ray, rng::Stream, warp},
-    node::xml,
-    shape::{Model, Shape, Surface, laws},
+    scene_file::xml,
+    shape::{Shape, ShapeModel, Surface, laws},
 };
 
 /// The laws of meshes.
@@ -88,7 +88,7 @@ fn read(path: &Path, plugin: &str) -> Option<Shape> {
 }
 
 /// How many of many rays do not meet the same point on both.
-fn differences(one: &impl Model, other: &impl Model, samples: u32) -> usize {
+fn differences(one: &impl ShapeModel, other: &impl ShapeModel, samples: u32) -> usize {
     let mut stream = Stream::at(&[50]);
     let mut ray = || {
         let [from, to] = [0, 1].map(|_| warp::square_to_sphere(stream.next_2d()));
@@ -229,7 +229,7 @@ fn edges(effort: Effort) -> Vec<Finding> {
     for share in [0.05, 0.3, 0.8] {
         let mut stream = Stream::at(&[53]);
         let near = (0..effort.samples(20_000)).map(|_| {
-            let drawn = mesh.sample_area(stream.next_2d());
+            let drawn = mesh.sample_position(stream.next_2d());
             let surface = Surface::flat(drawn.p, drawn.n, drawn.uv, 0);
             f64::from(mesh.edge_distance(&surface).is_some_and(|distance| distance <= share * inradius))
         });

@@ -20,10 +20,10 @@ use std::marker::PhantomData;
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Crossings, Drawn, Hit, Line, Model, Surface, bvh::Bvh};
+use super::{Crossings, Hit, Line, ShapeModel, ShapeSample, Surface, bvh::Bvh};
 use crate::{
     math::{Aabb, Frame, PerArea, Ray, warp},
-    node::{Category, Described, Kind, Param, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
 };
 
 /// A way to give triangles in a scene.
@@ -54,12 +54,16 @@ pub struct Kcply;
 #[derive(Clone, Debug)]
 pub struct Triangle;
 
-const FILENAME: Param = Param::required("filename", Kind::File, "the file, relative to the scene's");
-const FACE_NORMALS: Param =
-    Param::new("face_normals", Kind::Boolean, "false", "whether triangles look flat, whatever normals the file has");
+const FILENAME: Param = Param::required("filename", ParamKind::File, "the file, relative to the scene's");
+const FACE_NORMALS: Param = Param::new(
+    "face_normals",
+    ParamKind::Boolean,
+    "false",
+    "whether triangles look flat, whatever normals the file has",
+);
 const ALLOW_OPEN: Param = Param::new(
     "allow_open",
-    Kind::Boolean,
+    ParamKind::Boolean,
     "false",
     "whether glass on it may have an edge, as the surface of a lake has",
 );
@@ -80,7 +84,7 @@ impl Format for Ply {
         params: &[
             FILENAME,
             FACE_NORMALS,
-            Param::new("flip_tex_coords", Kind::Boolean, "false", "whether v counts from the other end"),
+            Param::new("flip_tex_coords", ParamKind::Boolean, "false", "whether v counts from the other end"),
             ALLOW_OPEN,
             super::TO_WORLD,
             super::FLIP_NORMALS,
@@ -103,7 +107,7 @@ impl Format for Obj {
         params: &[
             FILENAME,
             FACE_NORMALS,
-            Param::new("flip_tex_coords", Kind::Boolean, "true", "whether v counts from the other end"),
+            Param::new("flip_tex_coords", ParamKind::Boolean, "true", "whether v counts from the other end"),
             ALLOW_OPEN,
             super::TO_WORLD,
             super::FLIP_NORMALS,
@@ -125,7 +129,7 @@ impl Format for Kcply {
         summary: "A mesh from a kcply file: a text of vertices and triangles.",
         params: &[
             FILENAME,
-            Param::new("index_base", Kind::Choice(&["auto", "0", "1"]), "auto", "the number of the first vertex"),
+            Param::new("index_base", ParamKind::Choice(&["auto", "0", "1"]), "auto", "the number of the first vertex"),
             FACE_NORMALS,
             ALLOW_OPEN,
             super::TO_WORLD,
@@ -151,12 +155,12 @@ impl Format for Triangle {
         name: "triangle",
         summary: "One triangle, its front where its corners go anticlockwise; smooth if it has normals.",
         params: &[
-            Param::required("p0", Kind::Point, "the first corner"),
-            Param::required("p1", Kind::Point, "the second corner"),
-            Param::required("p2", Kind::Point, "the third corner"),
-            Param::optional("n0", Kind::Point, "that of the triangle", "the normal at the first corner"),
-            Param::optional("n1", Kind::Point, "that of the triangle", "the normal at the second corner"),
-            Param::optional("n2", Kind::Point, "that of the triangle", "the normal at the third corner"),
+            Param::required("p0", ParamKind::Point, "the first corner"),
+            Param::required("p1", ParamKind::Point, "the second corner"),
+            Param::required("p2", ParamKind::Point, "the third corner"),
+            Param::optional("n0", ParamKind::Point, "that of the triangle", "the normal at the first corner"),
+            Param::optional("n1", ParamKind::Point, "that of the triangle", "the normal at the second corner"),
+            Param::optional("n2", ParamKind::Point, "that of the triangle", "the normal at the third corner"),
             super::TO_WORLD,
             super::FLIP_NORMALS,
         ],
@@ -263,7 +267,7 @@ impl<F> Mesh<F> {
         let shading = smooth.and_then(DVec3::try_normalize).unwrap_or(n);
         // The front is where the file's normals say, whichever way the corners turn, in a mirror too.
         let n = if n.dot(shading) < 0.0 { -n } else { n };
-        Surface { p: mix(corners), n, shading: Frame::from_normal(shading), uv, primitive: triangle, leaf: 0 }
+        Surface { p: mix(corners), n, shading: Frame::from_normal(shading), uv, primitive: triangle, operand_index: 0 }
     }
 }
 
@@ -282,7 +286,7 @@ fn narrow(v: DVec3) -> [f32; 3] {
     v.to_array().map(|x| x as f32)
 }
 
-impl<F> Model for Mesh<F> {
+impl<F> ShapeModel for Mesh<F> {
     fn bounds(&self) -> Aabb {
         self.triangles.bounds()
     }
@@ -305,17 +309,17 @@ impl<F> Model for Mesh<F> {
         self.point(hit.primitive, hit.coordinates)
     }
 
-    fn sample_area(&self, u: DVec2) -> Drawn<PerArea> {
+    fn sample_position(&self, u: DVec2) -> ShapeSample<PerArea> {
         let at = u.x * self.area();
         let last = self.cumulative_area.len() - 1;
         let triangle = self.cumulative_area.partition_point(|&sum| sum <= at).min(last);
         let below = if triangle == 0 { 0.0 } else { self.cumulative_area[triangle - 1] };
         let share = (at - below) / (self.cumulative_area[triangle] - below);
         let point = self.point(triangle as u32, warp::square_to_triangle(DVec2::new(share.min(1.0), u.y)));
-        Drawn { p: point.p, n: point.n, uv: point.uv, density: PerArea(1.0 / self.area()) }
+        ShapeSample { p: point.p, n: point.n, uv: point.uv, pdf: PerArea(1.0 / self.area()) }
     }
 
-    fn area_density(&self, _surface: &Surface) -> PerArea {
+    fn pdf_position(&self, _surface: &Surface) -> PerArea {
         PerArea(1.0 / self.area())
     }
 

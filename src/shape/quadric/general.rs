@@ -1,9 +1,9 @@
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Canonical, Kind, QuadraticForm};
+use super::{Canonical, QuadraticForm, QuadricKind};
 use crate::{
     math::{Aabb, PerArea},
-    node::{Category, Kind as ParamKind, Param, Params, Plugin, SceneError},
+    scene_file::{Category, Param, ParamKind, Params, Plugin, SceneError},
 };
 
 /// Any quadric, `A x² + B y² + C z² + D xy + E xz + F yz + G x + H y + I z + J = 0`, as far as it lies in a box.
@@ -16,7 +16,7 @@ pub struct General;
 const HOW: &str =
     "ten numbers \"A, B, C, D, E, F, G, H, I, J\" of A x² + B y² + C z² + D xy + E xz + F yz + G x + H y + I z + J";
 
-impl Kind for General {
+impl QuadricKind for General {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
         name: "quadric",
@@ -35,7 +35,7 @@ impl Kind for General {
                 <point name="bbox_min" x="-1" y="-0.8" z="-0.5"/><point name="bbox_max" x="1" y="0.8" z="0.6"/>
                 <transform name="to_world"><matrix value="2 0.5 0.1 1 0 1.5 0.2 -1 0.3 0 1 2 0 0 0 1"/></transform></shape>"#,
         ],
-        evidence: &["shape/*", "shape/line-volume", "optics/mirrors", "csg/same-image", "reference/quadrics"],
+        evidence: &["shape/*", "shape/line-volume", "optics/mirrors", "csg/render-equivalence", "reference/quadrics"],
     };
 
     fn read(params: &Params<'_>) -> Result<Canonical<Self>, SceneError> {
@@ -66,11 +66,11 @@ impl Kind for General {
         None
     }
 
-    fn density(&self, _local: DVec3) -> PerArea {
+    fn pdf(&self, _local: DVec3) -> PerArea {
         PerArea(0.0)
     }
 
-    fn cannot_shine() -> Option<&'static str> {
+    fn not_an_emitter_because() -> Option<&'static str> {
         Some("an ellipsoid, cylinder, cone, paraboloid or hyperboloid can")
     }
 }

@@ -11,15 +11,15 @@ use std::fmt::Debug;
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Crossing, Crossings, Drawn, Hit, Line, Model, Surface, affine::Affine};
+use super::{Crossing, Crossings, Hit, Line, ShapeModel, ShapeSample, Surface, affine::Affine};
 use crate::{
     math::{Aabb, PerArea, Ray},
-    node::{Described, Params, Plugin, SceneError},
+    scene_file::{Described, Params, Plugin, SceneError},
 };
 use form::{QuadraticForm, Within};
 
 /// Ways to describe a quadric in a scene file.
-pub trait Kind: Clone + Debug {
+pub trait QuadricKind: Clone + Debug {
     /// The manual page.
     const PLUGIN: Plugin;
 
@@ -35,11 +35,11 @@ pub trait Kind: Clone + Debug {
     /// Draws a point of the quadric, with the density per area of the canonical form, if there is a way.
     fn sample(&self, u: DVec2) -> Option<(DVec3, PerArea)>;
 
-    /// The density with which [`Kind::sample`] draws a point.
-    fn density(&self, local: DVec3) -> PerArea;
+    /// The density with which [`QuadricKind::sample`] draws a point.
+    fn pdf(&self, local: DVec3) -> PerArea;
 
     /// Why it cannot be a light, if it cannot.
-    fn cannot_shine() -> Option<&'static str> {
+    fn not_an_emitter_because() -> Option<&'static str> {
         None
     }
 }
@@ -64,7 +64,7 @@ pub struct Clipped<K> {
     kind: K,
 }
 
-impl<K: Kind> Described for Clipped<K> {
+impl<K: QuadricKind> Described for Clipped<K> {
     const PLUGIN: Plugin = K::PLUGIN;
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
@@ -78,24 +78,24 @@ fn primitive_of(face: usize) -> u32 {
     face as u32 + 1
 }
 
-impl<K: Kind> Clipped<K> {
+impl<K: QuadricKind> Clipped<K> {
     /// Where a local line is in the box, and through which faces it comes and goes.
     fn slab(&self, local: &Ray) -> Option<[Crossing; 2]> {
         Some(self.clip.cross(local)?.map(|(t, face)| Crossing::new(t, primitive_of(face))))
     }
 
-    fn drawn<Density>(&self, local: DVec3, density: Density) -> Drawn<Density> {
+    fn drawn<Density>(&self, local: DVec3, pdf: Density) -> ShapeSample<Density> {
         let n = self.affine.normal(self.form.gradient(local));
-        Drawn { p: self.affine.point(local), n, uv: self.kind.uv(local), density }
+        ShapeSample { p: self.affine.point(local), n, uv: self.kind.uv(local), pdf }
     }
 
     /// How a density of the canonical form looks in the world.
-    fn world_density(&self, local: DVec3, density: PerArea) -> PerArea {
-        self.affine.density(density, self.form.gradient(local).normalize())
+    fn world_pdf(&self, local: DVec3, pdf: PerArea) -> PerArea {
+        self.affine.pdf(pdf, self.form.gradient(local).normalize())
     }
 }
 
-impl<K: Kind> Model for Clipped<K> {
+impl<K: QuadricKind> ShapeModel for Clipped<K> {
     fn bounds(&self) -> Aabb {
         self.clip.transformed(&self.affine.to_world)
     }
@@ -155,17 +155,17 @@ impl<K: Kind> Model for Clipped<K> {
         Surface::flat(self.affine.point(local), n, uv, hit.primitive)
     }
 
-    fn cannot_shine(&self) -> Option<&'static str> {
-        K::cannot_shine()
+    fn not_an_emitter_because(&self) -> Option<&'static str> {
+        K::not_an_emitter_because()
     }
 
-    fn sample_area(&self, u: DVec2) -> Drawn<PerArea> {
-        let (local, density) = self.kind.sample(u).expect("only a shape that can shine is drawn from");
-        self.drawn(local, self.world_density(local, density))
+    fn sample_position(&self, u: DVec2) -> ShapeSample<PerArea> {
+        let (local, pdf) = self.kind.sample(u).expect("only a shape that can shine is drawn from");
+        self.drawn(local, self.world_pdf(local, pdf))
     }
 
-    fn area_density(&self, surface: &Surface) -> PerArea {
+    fn pdf_position(&self, surface: &Surface) -> PerArea {
         let local = self.affine.to_local.transform_point3(surface.p);
-        self.world_density(local, self.kind.density(local))
+        self.world_pdf(local, self.kind.pdf(local))
     }
 }

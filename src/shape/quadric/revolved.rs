@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
-use super::{Canonical, Kind, QuadraticForm};
+use super::{Canonical, QuadraticForm, QuadricKind};
 use crate::{
     math::{Aabb, Frame, PerArea},
-    node::{Category, Kind as ParamKind, Param, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Param, ParamKind, Params, Plugin, Range, SceneError},
     shape::{FLIP_NORMALS, TO_WORLD},
 };
 
@@ -60,11 +60,11 @@ impl Profile {
         let (sin, cos) = (TAU * u.x).sin_cos();
         let radius = self.radius_squared(z).max(0.0).sqrt();
         let local = DVec3::new(radius * cos, radius * sin, z);
-        (local, self.density(local))
+        (local, self.pdf(local))
     }
 
     /// An element of area is `sqrt(q + q'²/4) dφ dz` for a squared radius q.
-    fn density(&self, local: DVec3) -> PerArea {
+    fn pdf(&self, local: DVec3) -> PerArea {
         let [_, c1, c2] = self.coefficients;
         let half_slope = 0.5 * c1 + c2 * local.z;
         let stretch = (self.radius_squared(local.z).max(0.0) + half_slope * half_slope).sqrt();
@@ -75,7 +75,7 @@ impl Profile {
 /// The kinds differ in their parameters alone.
 macro_rules! by_profile {
     ($($Name:ident)*) => {$(
-        impl Kind for $Name {
+        impl QuadricKind for $Name {
             const PLUGIN: Plugin = $Name::PLUGIN;
 
             fn read(params: &Params<'_>) -> Result<Canonical<Self>, SceneError> {
@@ -91,8 +91,8 @@ macro_rules! by_profile {
                 Some(self.0.sample(u))
             }
 
-            fn density(&self, local: DVec3) -> PerArea {
-                self.0.density(local)
+            fn pdf(&self, local: DVec3) -> PerArea {
+                self.0.pdf(local)
             }
         }
     )*};

@@ -6,13 +6,13 @@ use glam::DVec3;
 
 use super::{
     Lots, column, scene,
-    theory::ball::{Ball, Light},
+    theory::ball::{BallLens, Light},
 };
 use crate::{
     integrator::laws::{CHANNELS, GLASS, diffuse, triple},
     law::{Effort, Finding, Law},
     math::{Ray, Rgb, rng::Stream},
-    photon::{Aim, Harvest, Kernel, Lookup, Map, Photon, Site},
+    photon::{EmittedPhotons, EstimateParameters, GatherPoint, Kernel, Map, Photon, PhotonMapKind},
     scene::Scene,
     stats::Estimate,
     transport::PathClass,
@@ -65,13 +65,13 @@ const AXIS: DVec3 = DVec3::new(0.48, -0.6, 0.64);
 const LIGHT: Rgb = Rgb::new(1.0, 2.5, 0.4);
 
 /// A ball of radius 1, in whose units powers are `RADIUS²` times as small as those of parallel light.
-pub(super) const SUN: Ball = Ball { radius: 1.0, index: 1.5, light: Light::Collimated { irradiance: 1.0 } };
+pub(super) const SUN: BallLens = BallLens { radius: 1.0, index: 1.5, light: Light::Collimated { irradiance: 1.0 } };
 
-fn lamp(distance: f64) -> Ball {
-    Ball { radius: 1.0, index: 1.5, light: Light::Point { intensity: 1.0, distance } }
+fn lamp(distance: f64) -> BallLens {
+    BallLens { radius: 1.0, index: 1.5, light: Light::Point { intensity: 1.0, distance } }
 }
 
-fn light(ball: &Ball) -> String {
+fn light(ball: &BallLens) -> String {
     match ball.light {
         Light::Collimated { .. } => format!(
             r#"<emitter type="directional"><vector name="direction" value="{}"/><rgb name="irradiance" value="{}"/></emitter>"#,
@@ -87,7 +87,7 @@ fn light(ball: &Ball) -> String {
 }
 
 /// The power in the theory's units to that in the scene's, for a channel.
-pub(super) fn unit(ball: &Ball, channel: usize) -> f64 {
+pub(super) fn unit(ball: &BallLens, channel: usize) -> f64 {
     match ball.light {
         Light::Collimated { .. } => LIGHT[channel] * RADIUS * RADIUS,
         Light::Point { distance, .. } => LIGHT[channel] * distance * distance,
@@ -107,7 +107,7 @@ fn foot(plane: f64) -> DVec3 {
 }
 
 /// A ball with its light over a black floor.
-pub(super) fn over_floor(ball: &Ball, plane: f64) -> Scene {
+pub(super) fn over_floor(ball: &BallLens, plane: f64) -> Scene {
     let (origin, up) = (foot(plane), AXIS.any_orthonormal_vector());
     let floor = format!(
         r#"<shape type="rectangle"><transform name="to_world"><scale value="100"/>
@@ -121,19 +121,19 @@ pub(super) fn over_floor(ball: &Ball, plane: f64) -> Scene {
 }
 
 /// Photons of the order 1, with where they land: the way from the axis, in radii.
-pub(super) fn landed(harvest: &Harvest, plane: f64) -> impl Iterator<Item = (DVec3, &Photon)> {
+pub(super) fn landed(emitted: &EmittedPhotons, plane: f64) -> impl Iterator<Item = (DVec3, &Photon)> {
     let way = move |p: &[f32; 3]| {
         let way = (DVec3::from_array(p.map(f64::from)) - foot(plane)) / RADIUS;
         way.reject_from_normalized(AXIS)
     };
-    let photons = harvest.positions.iter().map(way).zip(&harvest.photons);
+    let photons = emitted.positions.iter().map(way).zip(&emitted.photons);
     photons.filter(|(_, photon)| photon.depth() == 3 && photon.class() == PathClass::Caustic)
 }
 
 /// The power of a channel within each radius.
-fn within(harvest: &Harvest, plane: f64, channel: usize, radii: &[f64]) -> Vec<f64> {
+fn within(emitted: &EmittedPhotons, plane: f64, channel: usize, radii: &[f64]) -> Vec<f64> {
     let mut powers = vec![0.0; radii.len()];
-    for (way, photon) in landed(harvest, plane) {
+    for (way, photon) in landed(emitted, plane) {
         let (distance, power) = (way.length(), photon.power()[channel]);
         powers.iter_mut().zip(radii).for_each(|(sum, r)| *sum += if distance < *r { power } else { 0.0 });
     }
@@ -146,19 +146,19 @@ const TOUCHING: f64 = 1.0 + 1e-6;
 fn encircled(effort: Effort) -> Vec<Finding> {
     const RADII: [f64; 6] = [0.05, 0.1, 0.2, 0.4, 0.8, 1.0];
     /// Noise leaves the power to show equivalence where so much lands.
-    const MOST: f64 = 2.2;
-    let lots = Lots { aim: Aim::Specular, emitted: 100_000, count: effort.samples(32), seed: 41 };
+    const MAX_COUNT: f64 = 2.2;
+    let lots = Lots { kind: PhotonMapKind::Caustic, emitted: 100_000, count: effort.samples(32), seed: 41 };
     let mut findings = Vec::new();
     for (i, plane) in [TOUCHING, 1.2, 1.35, 1.5, 2.0, 3.0].into_iter().enumerate() {
         let (channel, scene) = (i % 3, over_floor(&SUN, plane));
         let lots = Lots { seed: lots.seed + 100 * i as u64, ..lots };
-        let found = lots.each(&scene, |_, harvest| within(&harvest, plane, channel, &RADII));
+        let found = lots.each(&scene, |_, emitted| within(&emitted, plane, channel, &RADII));
         for (j, r) in RADII.into_iter().enumerate() {
             let (moments, power) = (column(&found, j), SUN.encircled_power(plane, r));
             let expected = unit(&SUN, channel) * power;
             let subject = format!("L = {plane}, r = {r}, {}", CHANNELS[channel]);
             findings.push(Finding::mean(&*subject, &moments, expected));
-            if power > MOST {
+            if power > MAX_COUNT {
                 let estimate = Estimate::from_moments(&moments).expect("there are two lots or more");
                 findings.push(Finding::equivalent(subject, &estimate, &Estimate::exact(expected), 0.005));
             }
@@ -170,7 +170,7 @@ fn encircled(effort: Effort) -> Vec<Finding> {
 fn orders(effort: Effort) -> Vec<Finding> {
     const TABLE: [f64; 5] = [0.091_777_96, 0.835_544_40, 0.061_183_22, 0.007_993_38, 0.001_968_21];
     const FAR: f64 = 1000.0;
-    let lots = Lots { aim: Aim::Specular, emitted: 20_000, count: effort.samples(32), seed: 42 };
+    let lots = Lots { kind: PhotonMapKind::Caustic, emitted: 20_000, count: effort.samples(32), seed: 42 };
     let mut findings = Vec::new();
     for (i, distance) in [3.0, FAR].into_iter().enumerate() {
         let (ball, channel) = (lamp(distance), i + 1);
@@ -180,9 +180,9 @@ fn orders(effort: Effort) -> Vec<Finding> {
             diffuse(Rgb::ZERO)
         );
         let scene = scene(&(light(&ball) + &glass_ball() + &sphere));
-        let found = lots.each(&scene, |_, harvest| {
+        let found = lots.each(&scene, |_, emitted| {
             let of_order = |order: u32| {
-                let photons = harvest.photons.iter().filter(|photon| photon.depth() == order + 2);
+                let photons = emitted.photons.iter().filter(|photon| photon.depth() == order + 2);
                 photons.map(|photon| photon.power()[channel]).sum::<f64>()
             };
             [0, 1, 2, 3, 4].map(of_order)
@@ -209,15 +209,15 @@ fn from_map(effort: Effort) -> Vec<Finding> {
         (2.0, &[0.4, 0.8, 1.0]),
         (3.0, &[1.0]),
     ];
-    let lots = Lots { aim: Aim::Specular, emitted: 100_000, count: effort.samples(24), seed: 43 };
+    let lots = Lots { kind: PhotonMapKind::Caustic, emitted: 100_000, count: effort.samples(24), seed: 43 };
     let mut findings = Vec::new();
     for (i, (plane, radii)) in DISCS.into_iter().enumerate() {
         let (channel, scene) = (i % 3, over_floor(&SUN, plane));
         let kernel = |j: usize| Kernel::ALL[(i + j) % 3];
-        let found = lots.each(&scene, |lot, harvest| {
-            let map = Map::new(&harvest.positions, harvest.photons);
+        let found = lots.each(&scene, |lot, emitted| {
+            let map = Map::new(&emitted.positions, emitted.photons);
             let mean = |(j, &r): (usize, &f64)| {
-                let lookup = Lookup { nearest: None, radius: 0.1 * r * RADIUS, kernel: kernel(j).1 };
+                let lookup = EstimateParameters { nearest: None, radius: 0.1 * r * RADIUS, kernel: kernel(j).1 };
                 let mut numbers = Stream::at(&[44, lot, i as u64, j as u64]);
                 mean_irradiance(&scene, &map, &lookup, (plane, r), &mut numbers)[channel]
             };
@@ -236,7 +236,13 @@ fn from_map(effort: Effort) -> Vec<Finding> {
 
 /// The mean of estimates over a disc of the floor: one in each of its sectors, at each of even steps from the axis, where
 /// most of the light is.
-fn mean_irradiance(scene: &Scene, map: &Map, lookup: &Lookup, disc: (f64, f64), numbers: &mut Stream) -> Rgb {
+fn mean_irradiance(
+    scene: &Scene,
+    map: &Map,
+    lookup: &EstimateParameters,
+    disc: (f64, f64),
+    numbers: &mut Stream,
+) -> Rgb {
     const STEPS: u32 = 48;
     const SECTORS: u32 = 6;
     let (plane, r) = disc;
@@ -248,10 +254,10 @@ fn mean_irradiance(scene: &Scene, map: &Map, lookup: &Lookup, disc: (f64, f64), 
         let part = (f64::from(step) + u.x) / f64::from(STEPS);
         let (sin, cos) = (TAU * (f64::from(sector) + u.y) / f64::from(SECTORS)).sin_cos();
         let p = foot(plane) + part * r * RADIUS * (cos * across + sin * along);
-        let vertex = scene.intersect(&Ray::new(p - 0.01 * AXIS, AXIS)).expect("there is a floor");
+        let si = scene.intersect(&Ray::new(p - 0.01 * AXIS, AXIS)).expect("there is a floor");
         // Even steps take more points near the axis than there is area.
         let weight = 2.0 * part / f64::from(STEPS * SECTORS);
-        map.gather(&Site::new(scene, &vertex), lookup, |photon, density| sum += photon.power() * (density * weight));
+        map.gather(&GatherPoint::new(scene, &si), lookup, |photon, density| sum += photon.power() * (density * weight));
     }
     sum
 }
@@ -263,14 +269,14 @@ const ROUNDING: f64 = 1e-6;
 
 fn folds(effort: Effort) -> Vec<Finding> {
     let emitted = u64::from(effort.samples(300_000));
-    let lots = Lots { aim: Aim::Specular, emitted, count: 1, seed: 45 };
+    let lots = Lots { kind: PhotonMapKind::Caustic, emitted, count: 1, seed: 45 };
     // The landings of light that comes from farther away from the axis than it lands, which has not crossed it yet.
     let before_axis = |plane: f64| {
         let is_before = |(way, photon): &(DVec3, &Photon)| {
             way.length() > ROUNDING && photon.direction().dot(way.normalize()) > 1e-3
         };
         let distances =
-            |_, harvest| landed(&harvest, plane).filter(is_before).map(|(way, _)| way.length()).collect::<Vec<_>>();
+            |_, emitted| landed(&emitted, plane).filter(is_before).map(|(way, _)| way.length()).collect::<Vec<_>>();
         lots.each(&over_floor(&SUN, plane), distances).concat()
     };
     let mut findings = Vec::new();
@@ -301,15 +307,15 @@ fn point_source(effort: Effort) -> Vec<Finding> {
     const RIM: f64 = 3.5;
     let (ball, plane, channel) = (lamp(3.0), 2.0, 0);
     let scene = over_floor(&ball, plane);
-    let lots = Lots { aim: Aim::Specular, emitted: 50_000, count: effort.samples(32), seed: 46 };
-    let found = lots.each(&scene, |_, harvest| within(&harvest, plane, channel, &RADII));
+    let lots = Lots { kind: PhotonMapKind::Caustic, emitted: 50_000, count: effort.samples(32), seed: 46 };
+    let found = lots.each(&scene, |_, emitted| within(&emitted, plane, channel, &RADII));
     let mut findings = Vec::new();
     for (j, r) in RADII.into_iter().enumerate() {
         let expected = unit(&ball, channel) * ball.encircled_power(plane, r);
         findings.push(Finding::mean(format!("caustic, r = {r}"), &column(&found, j), expected));
     }
-    let lots = Lots { aim: Aim::Everywhere, seed: 47, ..lots };
-    let found = lots.each(&scene, |_, harvest| direct(&harvest, plane, channel, RIM));
+    let lots = Lots { kind: PhotonMapKind::Global, seed: 47, ..lots };
+    let found = lots.each(&scene, |_, emitted| direct(&emitted, plane, channel, RIM));
     let expected = unit(&ball, channel) * ball.direct_power(plane, RIM);
     findings.push(Finding::mean(format!("direct, r = {RIM}"), &column(&found, 0), expected));
     // The radius by which so many direct photons are expected.
@@ -323,9 +329,9 @@ fn point_source(effort: Effort) -> Vec<Finding> {
 }
 
 /// The power of direct light within a radius, and the least radius at which there is any.
-fn direct(harvest: &Harvest, plane: f64, channel: usize, rim: f64) -> [f64; 2] {
+fn direct(emitted: &EmittedPhotons, plane: f64, channel: usize, rim: f64) -> [f64; 2] {
     let mut found = [0.0, f64::INFINITY];
-    for (p, photon) in harvest.positions.iter().zip(&harvest.photons) {
+    for (p, photon) in emitted.positions.iter().zip(&emitted.photons) {
         let distance = DVec3::from_array(p.map(f64::from)).distance(foot(plane)) / RADIUS;
         if photon.class() == PathClass::Direct && distance < rim {
             found = [found[0] + photon.power()[channel], found[1].min(distance)];

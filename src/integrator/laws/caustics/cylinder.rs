@@ -15,7 +15,7 @@ use crate::{
     integrator::laws::{CHANNELS, ground, triple},
     law::{Effort, Finding, Law},
     math::Rgb,
-    photon::{Aim, Harvest, Photon},
+    photon::{EmittedPhotons, Photon, PhotonMapKind},
     scene::Scene,
     stats::Estimate,
     transport::PathClass,
@@ -52,7 +52,7 @@ fn nephroid(effort: Effort) -> Vec<Finding> {
         -sin,
         triple(COLOUR)
     );
-    let lots = Lots { aim: Aim::Specular, emitted: 100_000, count: effort.samples(48), seed: 71 };
+    let lots = Lots { kind: PhotonMapKind::Caustic, emitted: 100_000, count: effort.samples(48), seed: 71 };
     Case { room: room(Light::Collimated { irradiance, elevation }), turn: 2.0, channel: 0, lots }.check(&sun)
 }
 
@@ -63,7 +63,7 @@ fn cardioid(effort: Effort) -> Vec<Finding> {
         -RADIUS,
         triple(COLOUR)
     );
-    let lots = Lots { aim: Aim::Specular, emitted: 100_000, count: effort.samples(48), seed: 72 };
+    let lots = Lots { kind: PhotonMapKind::Caustic, emitted: 100_000, count: effort.samples(48), seed: 72 };
     Case { room: room(Light::OnCircle { intensity, height }), turn: 1.5, channel: 1, lots }.check(&lamp)
 }
 
@@ -97,10 +97,10 @@ impl Case {
         let Self { room, channel, lots, .. } = self;
         // On the caustic, at its cusp, within it, and where the light of the upper rim of the wall ends.
         let discs = [room.caustic(0.5), room.caustic(0.0), DVec2::new(0.9, 0.1), DVec2::new(0.0, 0.3)];
-        let found = lots.each(&half_cylinder(light), |_, harvest| {
-            let powers = discs.map(|disc| within(&harvest, disc, *channel));
-            let beyond = ANGLES.map(|angle| self.beyond(&harvest, angle));
-            [&powers[..], &beyond, &[harvest.power[*channel] / COLOUR[*channel]]].concat()
+        let found = lots.each(&half_cylinder(light), |_, emitted| {
+            let powers = discs.map(|disc| within(&emitted, disc, *channel));
+            let beyond = ANGLES.map(|angle| self.beyond(&emitted, angle));
+            [&powers[..], &beyond, &[emitted.power[*channel] / COLOUR[*channel]]].concat()
         });
         let unit = REFLECTANCE[*channel] * COLOUR[*channel];
         let mut findings = Vec::new();
@@ -129,14 +129,14 @@ impl Case {
     }
 
     /// How far the photons around a place of the caustic are beyond it at most, of those whose rays touch it there.
-    fn beyond(&self, harvest: &Harvest, angle: f64) -> f64 {
+    fn beyond(&self, emitted: &EmittedPhotons, angle: f64) -> f64 {
         let middle = self.room.caustic(angle);
         let is_near = |place: DVec2, photon: &Photon| {
             let towards_wall = photon.direction().truncate().to_angle();
             let met = [-TAU, 0.0, TAU].map(|turn| ((towards_wall + turn) / self.turn - angle).abs());
             place.distance(middle) < NEAR && met.into_iter().fold(f64::INFINITY, f64::min) < AROUND
         };
-        let near = reflected(harvest).filter(|(place, photon)| is_near(*place, photon));
+        let near = reflected(emitted).filter(|(place, photon)| is_near(*place, photon));
         near.map(|(place, _)| self.signed_distance(place, angle)).fold(f64::NEG_INFINITY, f64::max)
     }
 
@@ -165,14 +165,14 @@ fn half_cylinder(light: &str) -> Scene {
 }
 
 /// Photons on the floor after a single reflection.
-fn reflected(harvest: &Harvest) -> impl Iterator<Item = (DVec2, &Photon)> {
+fn reflected(emitted: &EmittedPhotons) -> impl Iterator<Item = (DVec2, &Photon)> {
     let place = |p: &[f32; 3]| DVec2::new(f64::from(p[0]), f64::from(p[1]));
-    let photons = harvest.positions.iter().map(place).zip(&harvest.photons);
+    let photons = emitted.positions.iter().map(place).zip(&emitted.photons);
     photons.filter(|(_, photon)| photon.depth() == 2 && photon.class() == PathClass::Caustic)
 }
 
 /// The power of a channel within a disc.
-fn within(harvest: &Harvest, disc: DVec2, channel: usize) -> f64 {
-    let inside = reflected(harvest).filter(|(place, _)| place.distance(disc) < DISC);
+fn within(emitted: &EmittedPhotons, disc: DVec2, channel: usize) -> f64 {
+    let inside = reflected(emitted).filter(|(place, _)| place.distance(disc) < DISC);
     inside.map(|(_, photon)| photon.power()[channel]).sum()
 }

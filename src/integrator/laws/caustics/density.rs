@@ -21,7 +21,7 @@ use crate::{
     },
     law::{Effort, Finding, Law},
     math::{Ray, Rgb},
-    photon::{Aim, Harvest, Kernel, Lookup, Map, Site},
+    photon::{EmittedPhotons, EstimateParameters, GatherPoint, Kernel, Map, PhotonMapKind},
     scene::Scene,
     stats::Moments,
 };
@@ -76,7 +76,7 @@ fn truth() -> f64 {
 }
 
 /// What an estimate of `count` photons must be.
-fn predicted(count: u32, lookup: &Lookup) -> Prediction {
+fn predicted(count: u32, lookup: &EstimateParameters) -> Prediction {
     let place = DISTANCE * DVec2::X;
     match lookup.nearest {
         Some(k) => photons(count).nearest(lookup.kernel, place, k.get() as u32),
@@ -85,21 +85,21 @@ fn predicted(count: u32, lookup: &Lookup) -> Prediction {
 }
 
 /// Estimates of the irradiance at places around the light's foot, by each lookup.
-fn estimates(sites: &[Site], harvest: Harvest, lookups: &[Lookup]) -> Vec<Vec<f64>> {
-    let map = Map::new(&harvest.positions, harvest.photons);
-    let estimate = |site: &Site, lookup| {
+fn estimates(sites: &[GatherPoint], emitted: EmittedPhotons, lookups: &[EstimateParameters]) -> Vec<Vec<f64>> {
+    let map = Map::new(&emitted.positions, emitted.photons);
+    let estimate = |point: &GatherPoint, lookup| {
         let mut sum = 0.0;
-        map.gather(site, lookup, |photon, density| sum += photon.power().y * density);
+        map.gather(point, lookup, |photon, density| sum += photon.power().y * density);
         sum
     };
-    lookups.iter().map(|lookup| sites.iter().map(|site| estimate(site, lookup)).collect()).collect()
+    lookups.iter().map(|lookup| sites.iter().map(|point| estimate(point, lookup)).collect()).collect()
 }
 
-fn sites(scene: &Scene) -> Vec<Site> {
+fn sites(scene: &Scene) -> Vec<GatherPoint> {
     let place = |i: u32| DISTANCE * DVec2::from_angle(TAU * f64::from(i) / f64::from(PLACES));
     let above = |place: DVec2| Ray::new(place.extend(0.1), -DVec3::Z);
-    let site = |i| Site::new(scene, &scene.intersect(&above(place(i))).expect("there is a floor"));
-    (0..PLACES).map(site).collect()
+    let point = |i| GatherPoint::new(scene, &scene.intersect(&above(place(i))).expect("there is a floor"));
+    (0..PLACES).map(point).collect()
 }
 
 /// The means over all places of the estimates less a number each, to some power.
@@ -135,8 +135,8 @@ fn moments(effort: Effort) -> Vec<Finding> {
     let sites = sites(&scene);
     let mut findings = Vec::new();
     for (emitted, lots, radii, nearest) in [(2000, 2500, [0.2, 0.4], [10, 40]), (20_000, 250, [0.1, 0.3], [20, 200])] {
-        let within = |radius, kernel| Lookup { nearest: None, radius, kernel };
-        let nearest_of = |k, kernel| Lookup { nearest: NonZeroUsize::new(k), radius: 100.0, kernel };
+        let within = |radius, kernel| EstimateParameters { nearest: None, radius, kernel };
+        let nearest_of = |k, kernel| EstimateParameters { nearest: NonZeroUsize::new(k), radius: 100.0, kernel };
         let mut lookups = Vec::new();
         for (name, kernel) in Kernel::ALL {
             lookups.extend(radii.map(|radius| (format!("within {radius}, {name}"), within(radius, kernel))));
@@ -145,9 +145,9 @@ fn moments(effort: Effort) -> Vec<Finding> {
         let (names, lookups): (Vec<_>, Vec<_>) = lookups.into_iter().unzip();
         let predictions: Vec<_> = lookups.iter().map(|lookup| predicted(emitted as u32, lookup)).collect();
         let expected: Vec<_> = predictions.iter().map(|prediction| prediction.mean).collect();
-        let lots = Lots { aim: Aim::Everywhere, emitted, count: effort.samples(lots), seed: 61 };
-        let found = lots.each(&scene, |_, harvest| {
-            let estimates = estimates(&sites, harvest, &lookups);
+        let lots = Lots { kind: PhotonMapKind::Global, emitted, count: effort.samples(lots), seed: 61 };
+        let found = lots.each(&scene, |_, emitted| {
+            let estimates = estimates(&sites, emitted, &lookups);
             [means(&estimates, &expected, 1), means(&estimates, &expected, 2)].concat()
         });
         for (i, (name, prediction)) in names.iter().zip(predictions).enumerate() {
@@ -172,10 +172,10 @@ fn convergence(effort: Effort) -> Vec<Finding> {
     let mut points = Vec::new();
     for emitted in [250, 1000, 4000, 16_000, 64_000_u64] {
         let radius = RADIUS * (emitted as f64).powf(-1.0 / 6.0);
-        let lookup = Lookup { nearest: None, radius, kernel: Kernel::Constant };
+        let lookup = EstimateParameters { nearest: None, radius, kernel: Kernel::Constant };
         let count = effort.samples(3_200_000 / emitted as u32).min(effort.samples(1600)).max(2);
-        let lots = Lots { aim: Aim::Everywhere, emitted, count, seed: 62 };
-        let found = lots.each(&scene, |_, harvest| means(&estimates(&sites, harvest, &[lookup]), &[truth()], 2));
+        let lots = Lots { kind: PhotonMapKind::Global, emitted, count, seed: 62 };
+        let found = lots.each(&scene, |_, emitted| means(&estimates(&sites, emitted, &[lookup]), &[truth()], 2));
         let (errors, prediction) = (column(&found, 0), predicted(emitted as u32, &lookup));
         let expected = (prediction.mean - truth()).powi(2) + prediction.variance;
         findings.push(Finding::mean(format!("{emitted} photons, mean square error"), &errors, expected));

@@ -9,10 +9,10 @@ pub mod theory;
 
 use super::{Setup, path};
 use crate::{
-    photon::{Aim, Harvest, harvest},
+    photon::{EmittedPhotons, PhotonMapKind, trace_photons},
     scene::Scene,
     stats::Moments,
-    transport::Depths,
+    transport::PathLimits,
 };
 
 /// A scene that is only followed, not seen.
@@ -23,7 +23,7 @@ fn scene(parts: &str) -> Scene {
 /// Independent lots of photons.
 #[derive(Clone, Copy)]
 struct Lots {
-    aim: Aim,
+    kind: PhotonMapKind,
     /// Photons of each.
     emitted: u64,
     count: u32,
@@ -32,9 +32,9 @@ struct Lots {
 
 impl Lots {
     /// Something about each lot.
-    fn each<T>(&self, scene: &Scene, about: impl Fn(u64, Harvest) -> T) -> Vec<T> {
-        const DEPTHS: Depths = Depths { max: u32::MAX, roulette: 1 };
-        let lot = |lot| about(lot, harvest(scene, self.aim, self.emitted, DEPTHS, [self.seed, lot, 0]));
+    fn each<T>(&self, scene: &Scene, about: impl Fn(u64, EmittedPhotons) -> T) -> Vec<T> {
+        const DEPTHS: PathLimits = PathLimits { max_depth: u32::MAX, rr_depth: 1 };
+        let lot = |lot| about(lot, trace_photons(scene, self.kind, self.emitted, DEPTHS, [self.seed, lot, 0]));
         (0..u64::from(self.count)).map(lot).collect()
     }
 }

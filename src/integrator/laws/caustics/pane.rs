@@ -7,13 +7,13 @@ use glam::{DQuat, DVec2, DVec3};
 use super::theory::{density::Photons, pane::Pane};
 use crate::{
     integrator::{
-        EyeRay, Model as _, Round,
+        EyeRay, IntegratorModel as _, Iteration,
         laws::{ALBEDO, CHANNELS, GLASS, Setup, ground},
     },
     law::{Effort, Finding, Law},
     math::{Ray, Rgb, rng::Stream},
     photon::Kernel,
-    sampler::PathNumbers,
+    sampler::PathSampler,
     stats::{Estimate, Moments},
 };
 
@@ -64,13 +64,13 @@ fn setup() -> Setup {
 fn seen_through(effort: Effort) -> Vec<Finding> {
     let setup = setup();
     let mut found = [Moments::default(); EYES.len()];
-    for pass in 0..u64::from(effort.samples(40)) {
+    for replicate in 0..u64::from(effort.samples(40)) {
         let mapper = setup
             .integrator
-            .prepared(&setup.scene, &Round { seed: 51, pass, sample: 0 })
+            .prepared(&setup.scene, &Iteration { seed: 51, replicate, sample: 0 })
             .expect("there are photons to emit");
         for (i, (degrees, eye)) in EYES.into_iter().enumerate() {
-            let mut numbers = PathNumbers::Independent(Stream::at(&[52, pass, i as u64]));
+            let mut numbers = PathSampler::Independent(Stream::at(&[52, replicate, i as u64]));
             let radiance = around(&Ray::new(eye, looking(degrees)), |ray| {
                 mapper.radiance(&setup.scene, &EyeRay::alone(*ray), &mut numbers, &mut [])
             });

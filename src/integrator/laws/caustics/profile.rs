@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     law::{Curve, Effort, Finding, Law},
-    photon::{Aim, Harvest},
+    photon::{EmittedPhotons, PhotonMapKind},
     stats::Chi2,
 };
 
@@ -30,9 +30,9 @@ fn profiles(effort: Effort) -> Vec<Finding> {
 /// The rings of a plane, up to a radius.
 fn profile(effort: Effort, plane: f64, rim: f64) -> Finding {
     let emitted = u64::from(effort.samples(1_000_000));
-    let lots = Lots { aim: Aim::Specular, emitted, count: 1, seed: 48 };
+    let lots = Lots { kind: PhotonMapKind::Caustic, emitted, count: 1, seed: 48 };
     let (counts, power) = lots
-        .each(&over_floor(&SUN, plane), |_, harvest| (counts(&harvest, plane, rim), harvest.power.x))
+        .each(&over_floor(&SUN, plane), |_, emitted| (counts(&emitted, plane, rim), emitted.power.x))
         .swap_remove(0);
     // What a photon carries in the units of the theory.
     let photon = power / unit(&SUN, 0) / emitted as f64;
@@ -57,9 +57,9 @@ fn profile(effort: Effort, plane: f64, rim: f64) -> Finding {
     Finding::test(format!("L = {plane}"), statistic, test.p).drawn(curve)
 }
 
-fn counts(harvest: &Harvest, plane: f64, rim: f64) -> Vec<u64> {
+fn counts(emitted: &EmittedPhotons, plane: f64, rim: f64) -> Vec<u64> {
     let mut counts = vec![0; RINGS as usize];
-    for (way, _) in landed(harvest, plane) {
+    for (way, _) in landed(emitted, plane) {
         if let Some(count) = counts.get_mut((way.length() / rim * f64::from(RINGS)) as usize) {
             *count += 1;
         }

@@ -9,9 +9,9 @@ pub mod radius;
 
 use super::Setup;
 use crate::{
-    integrator::{EyeRay, Integrator, Model as _, Round},
+    integrator::{EyeRay, Integrator, IntegratorModel as _, Iteration},
     math::{Ray, Rgb, rng::Stream},
-    sampler::PathNumbers,
+    sampler::PathSampler,
 };
 
 const PER_PASS: &str = "per_pass";
@@ -52,21 +52,22 @@ impl<'s> Image<'s> {
 
     /// Sends out the photons of a pass.
     fn pass(&mut self, sample: u32) {
-        let round = Round { seed: self.seed, pass: self.number, sample };
-        self.integrator = self.integrator.prepared(&self.setup.scene, &round).expect("there are photons to send out");
+        let iteration = Iteration { seed: self.seed, replicate: self.number, sample };
+        self.integrator =
+            self.integrator.prepared(&self.setup.scene, &iteration).expect("there are photons to send out");
     }
 
     /// What a pixel sees in this pass; `which` tells passes apart.
     fn radiance(&self, pixel: usize, ray: &Ray, which: u32) -> Rgb {
         let address = [self.seed, self.number, u64::from(which), pixel as u64, 1];
-        let mut numbers = PathNumbers::Independent(Stream::at(&address));
+        let mut numbers = PathSampler::Independent(Stream::at(&address));
         self.integrator.radiance(&self.setup.scene, &EyeRay { ray: *ray, pixel }, &mut numbers, &mut [])
     }
 
     /// The squares of the radii of the next pass over those of the first, of all pixels; empty with a radius for each pass.
     fn squares(&self) -> Vec<f64> {
-        let memory = self.integrator.memory();
+        let state = self.integrator.state();
         let pixels = self.setup.scene.sensor.film.rendered().width as usize;
-        memory.chunks(memory.len().div_ceil(pixels).max(1)).map(|of_pixel| of_pixel[0]).collect()
+        state.chunks(state.len().div_ceil(pixels).max(1)).map(|of_pixel| of_pixel[0]).collect()
     }
 }

@@ -34,11 +34,11 @@ pub(super) struct Element {
 #[derive(Debug)]
 pub(super) struct Property {
     pub(super) name: String,
-    pub(super) kind: Kind,
+    pub(super) kind: ElementType,
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Kind {
+pub(super) enum ElementType {
     Scalar(Scalar),
     List { count: Integer, item: Scalar },
 }
@@ -104,10 +104,10 @@ impl Header {
                         return Err(syntax(line, "the length of a list must have an integer type"));
                     };
                     let item = Scalar::named(item, line)?;
-                    push_property(&mut elements, name, Kind::List { count, item }, line)?;
+                    push_property(&mut elements, name, ElementType::List { count, item }, line)?;
                 }
                 ["property", scalar, name] => {
-                    push_property(&mut elements, name, Kind::Scalar(Scalar::named(scalar, line)?), line)?;
+                    push_property(&mut elements, name, ElementType::Scalar(Scalar::named(scalar, line)?), line)?;
                 }
                 ["end_header"] => {
                     let encoding = encoding.ok_or_else(|| syntax(line, "the header ends without a format line"))?;
@@ -130,7 +130,7 @@ impl Element {
     }
 }
 
-impl Kind {
+impl ElementType {
     /// What is there of the property in any case: its number, or the length of its list.
     pub(super) fn first(self) -> Scalar {
         match self {
@@ -181,7 +181,12 @@ pub(super) fn parse_element(before: &[Element], name: &str, count: &str, line: u
     Ok(Element { name: name.to_owned(), count, properties: Vec::new(), line })
 }
 
-pub(super) fn push_property(elements: &mut [Element], name: &str, kind: Kind, line: usize) -> Result<(), MeshFault> {
+pub(super) fn push_property(
+    elements: &mut [Element],
+    name: &str,
+    kind: ElementType,
+    line: usize,
+) -> Result<(), MeshFault> {
     let Some(element) = elements.last_mut() else {
         return Err(syntax(line, "a property before the first element"));
     };

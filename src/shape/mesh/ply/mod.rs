@@ -23,8 +23,8 @@ mod source;
 use std::path::Path;
 
 use super::data::{self, MeshData, MeshError, MeshFault, check_index};
-use header::{Element, Encoding, Header, Integer, Kind, Property, Scalar};
-use source::{Ascii, Binary, Halt, Source};
+use header::{Element, ElementType, Encoding, Header, Integer, Property, Scalar};
+use source::{Ascii, Binary, DataReader, ReadError};
 
 /// Reads a PLY file. With `flip_tex_coords` (Mitsuba's default for PLY: false) v becomes 1 - v.
 ///
@@ -46,7 +46,7 @@ fn parse(bytes: &[u8], flip_tex_coords: bool) -> Result<MeshData, MeshFault> {
 }
 
 /// Walks through the elements in the order of the file and keeps what makes a mesh.
-fn gather<S: Source>(header: &Header, mut source: S, flip_tex_coords: bool) -> Result<MeshData, MeshFault> {
+fn gather<S: DataReader>(header: &Header, mut source: S, flip_tex_coords: bool) -> Result<MeshData, MeshFault> {
     let vertex = header.element("vertex")?;
     let face = header.element("face")?;
     let layout = VertexLayout::of(vertex)?;
@@ -73,12 +73,12 @@ fn gather<S: Source>(header: &Header, mut source: S, flip_tex_coords: bool) -> R
 }
 
 /// The least number of bytes an element takes: its numbers, and lists that are empty.
-fn least<S: Source>(element: &Element) -> usize {
+fn least<S: DataReader>(element: &Element) -> usize {
     element.properties.iter().map(|property| S::least(property.kind.first())).sum()
 }
 
 /// Compares what the header promises with the bytes there are, before any memory is taken for it.
-fn check_room<S: Source>(header: &Header, source: &S) -> Result<(), MeshFault> {
+fn check_room<S: DataReader>(header: &Header, source: &S) -> Result<(), MeshFault> {
     let mut left = source.left() as u64;
     for element in &header.elements {
         let least = least::<S>(element) as u64;
@@ -124,8 +124,9 @@ impl VertexLayout {
 
     /// Finds all the properties of these names or none.
     fn place(&mut self, vertex: &Element, names: &[&str], first: usize) -> bool {
-        let scalar =
-            |name: &&str| vertex.properties.iter().position(|p| p.name == *name && matches!(p.kind, Kind::Scalar(_)));
+        let scalar = |name: &&str| {
+            vertex.properties.iter().position(|p| p.name == *name && matches!(p.kind, ElementType::Scalar(_)))
+        };
         let Some(found) = names.iter().map(scalar).collect::<Option<Vec<usize>>>() else { return false };
         for (offset, property) in found.into_iter().enumerate() {
             self.places[property] = Some(first + offset);
@@ -134,7 +135,11 @@ impl VertexLayout {
     }
 }
 
-fn read_vertices<S: Source>(source: &mut S, element: &Element, layout: &VertexLayout) -> Result<Vertices, MeshFault> {
+fn read_vertices<S: DataReader>(
+    source: &mut S,
+    element: &Element,
+    layout: &VertexLayout,
+) -> Result<Vertices, MeshFault> {
     let count = element.count as usize;
     let mut vertices = Vertices::default();
     vertices.positions.reserve_exact(count);
@@ -144,7 +149,7 @@ fn read_vertices<S: Source>(source: &mut S, element: &Element, layout: &VertexLa
         let mut row = [0.0; 8];
         for (property, place) in element.properties.iter().zip(&layout.places) {
             match (property.kind, place) {
-                (Kind::Scalar(scalar), Some(place)) => row[*place] = source.real(scalar)?,
+                (ElementType::Scalar(scalar), Some(place)) => row[*place] = source.real(scalar)?,
                 (kind, _) => skip(source, kind, element, number)?,
             }
         }
@@ -173,7 +178,9 @@ impl IndexList {
     fn of(face: &Element) -> Result<Self, MeshFault> {
         let named = |property: &Property| matches!(property.name.as_str(), "vertex_indices" | "vertex_index");
         let list = |(place, property): (usize, &Property)| match property.kind {
-            Kind::List { count, item: Scalar::Integer(item) } if named(property) => Some(Self { place, count, item }),
+            ElementType::List { count, item: Scalar::Integer(item) } if named(property) => {
+                Some(Self { place, count, item })
+            }
             _ => None,
         };
         let found = face.properties.iter().enumerate().find_map(list);
@@ -181,7 +188,7 @@ impl IndexList {
     }
 }
 
-fn read_faces<S: Source>(
+fn read_faces<S: DataReader>(
     source: &mut S,
     element: &Element,
     list: &IndexList,
@@ -212,8 +219,8 @@ fn read_faces<S: Source>(
 fn fan(
     corners: usize,
     triangles: &mut Vec<[u32; 3]>,
-    mut corner: impl FnMut() -> Result<u32, Halt>,
-) -> Result<(), Halt> {
+    mut corner: impl FnMut() -> Result<u32, ReadError>,
+) -> Result<(), ReadError> {
     let (first, mut last) = (corner()?, corner()?);
     for _ in 2..corners {
         let next = corner()?;
@@ -223,7 +230,7 @@ fn fan(
     Ok(())
 }
 
-fn skip_element<S: Source>(source: &mut S, element: &Element) -> Result<(), MeshFault> {
+fn skip_element<S: DataReader>(source: &mut S, element: &Element) -> Result<(), MeshFault> {
     if element.properties.is_empty() {
         return Ok(());
     }
@@ -233,24 +240,26 @@ fn skip_element<S: Source>(source: &mut S, element: &Element) -> Result<(), Mesh
 }
 
 /// Reads one kind of element, and says how far it came where the file ends too early.
-fn read_element<S: Source>(
+fn read_element<S: DataReader>(
     source: &mut S,
     element: &Element,
-    mut one: impl FnMut(&mut S, u64) -> Result<(), Halt>,
+    mut one: impl FnMut(&mut S, u64) -> Result<(), ReadError>,
 ) -> Result<(), MeshFault> {
     for number in 0..element.count {
         one(source, number).map_err(|halt| match halt {
-            Halt::End => MeshFault::Truncated { element: element.name.clone(), promised: element.count, read: number },
-            Halt::Fault(fault) => fault,
+            ReadError::End => {
+                MeshFault::Truncated { element: element.name.clone(), promised: element.count, read: number }
+            }
+            ReadError::Fault(fault) => fault,
         })?;
     }
     Ok(())
 }
 
-fn skip<S: Source>(source: &mut S, kind: Kind, element: &Element, number: u64) -> Result<(), Halt> {
+fn skip<S: DataReader>(source: &mut S, kind: ElementType, element: &Element, number: u64) -> Result<(), ReadError> {
     match kind {
-        Kind::Scalar(scalar) => source.skip(scalar, 1),
-        Kind::List { count, item } => {
+        ElementType::Scalar(scalar) => source.skip(scalar, 1),
+        ElementType::List { count, item } => {
             let length = list_length(source, count, item, element, number)?;
             source.skip(item, length)
         }
@@ -258,13 +267,13 @@ fn skip<S: Source>(source: &mut S, kind: Kind, element: &Element, number: u64) -
 }
 
 /// The length of a list that the rest of the file can hold.
-fn list_length<S: Source>(
+fn list_length<S: DataReader>(
     source: &mut S,
     count: Integer,
     item: Scalar,
     element: &Element,
     number: u64,
-) -> Result<usize, Halt> {
+) -> Result<usize, ReadError> {
     let length = source.whole(count)?;
     let room = source.left() / S::least(item);
     match usize::try_from(length) {

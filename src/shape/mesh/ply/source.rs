@@ -4,30 +4,30 @@ use super::header::{Integer, Scalar, syntax};
 use crate::shape::mesh::data::{MeshFault, quoted};
 
 /// Why an element cannot be read.
-pub(super) enum Halt {
+pub(super) enum ReadError {
     /// The file is at its end.
     End,
     Fault(MeshFault),
 }
 
-impl From<MeshFault> for Halt {
+impl From<MeshFault> for ReadError {
     fn from(fault: MeshFault) -> Self {
         Self::Fault(fault)
     }
 }
 
 /// The data after the header, number by number.
-pub(super) trait Source {
+pub(super) trait DataReader {
     /// The least number of bytes that a number of this type takes.
     fn least(scalar: Scalar) -> usize;
     /// The number of bytes that are left.
     fn left(&self) -> usize;
     /// The next number, of any type.
-    fn real(&mut self, scalar: Scalar) -> Result<f32, Halt>;
+    fn real(&mut self, scalar: Scalar) -> Result<f32, ReadError>;
     /// The next integer; unsigned ones beyond `i64::MAX` become that.
-    fn whole(&mut self, integer: Integer) -> Result<i64, Halt>;
+    fn whole(&mut self, integer: Integer) -> Result<i64, ReadError>;
     /// Passes over numbers.
-    fn skip(&mut self, scalar: Scalar, times: usize) -> Result<(), Halt>;
+    fn skip(&mut self, scalar: Scalar, times: usize) -> Result<(), ReadError>;
     /// Makes sure that nothing is left.
     fn finish(self) -> Result<(), MeshFault>;
 }
@@ -41,8 +41,8 @@ pub(super) struct Binary<'a> {
 
 impl Binary<'_> {
     /// The next bytes, the least significant one first.
-    fn take<const N: usize>(&mut self) -> Result<[u8; N], Halt> {
-        let mut taken = *self.bytes[self.at..].first_chunk::<N>().ok_or(Halt::End)?;
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], ReadError> {
+        let mut taken = *self.bytes[self.at..].first_chunk::<N>().ok_or(ReadError::End)?;
         self.at += N;
         if self.swap {
             taken.reverse();
@@ -51,7 +51,7 @@ impl Binary<'_> {
     }
 }
 
-impl Source for Binary<'_> {
+impl DataReader for Binary<'_> {
     fn least(scalar: Scalar) -> usize {
         scalar.size()
     }
@@ -60,7 +60,7 @@ impl Source for Binary<'_> {
         self.bytes.len() - self.at
     }
 
-    fn real(&mut self, scalar: Scalar) -> Result<f32, Halt> {
+    fn real(&mut self, scalar: Scalar) -> Result<f32, ReadError> {
         Ok(match scalar {
             Scalar::F32 => f32::from_le_bytes(self.take()?),
             Scalar::F64 => f64::from_le_bytes(self.take()?) as f32,
@@ -68,7 +68,7 @@ impl Source for Binary<'_> {
         })
     }
 
-    fn whole(&mut self, integer: Integer) -> Result<i64, Halt> {
+    fn whole(&mut self, integer: Integer) -> Result<i64, ReadError> {
         Ok(match integer {
             Integer::I8 => i64::from(i8::from_le_bytes(self.take()?)),
             Integer::U8 => i64::from(u8::from_le_bytes(self.take()?)),
@@ -81,11 +81,11 @@ impl Source for Binary<'_> {
         })
     }
 
-    fn skip(&mut self, scalar: Scalar, times: usize) -> Result<(), Halt> {
+    fn skip(&mut self, scalar: Scalar, times: usize) -> Result<(), ReadError> {
         // A list is skipped only where it fits, so the product is at most the file's size.
         let size = scalar.size() * times;
         if size > self.left() {
-            return Err(Halt::End);
+            return Err(ReadError::End);
         }
         self.at += size;
         Ok(())
@@ -105,9 +105,9 @@ pub(super) struct Ascii<'a> {
 }
 
 impl<'a> Ascii<'a> {
-    fn word(&mut self) -> Result<&'a [u8], Halt> {
+    fn word(&mut self) -> Result<&'a [u8], ReadError> {
         let rest = &self.bytes[self.at..];
-        let start = rest.iter().position(|byte| !byte.is_ascii_whitespace()).ok_or(Halt::End)?;
+        let start = rest.iter().position(|byte| !byte.is_ascii_whitespace()).ok_or(ReadError::End)?;
         let length = rest[start..].iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len() - start);
         self.at += start + length;
         Ok(&rest[start..start + length])
@@ -120,14 +120,14 @@ impl<'a> Ascii<'a> {
     }
 
     /// The next word as a number.
-    fn number<T: std::str::FromStr>(&mut self, what: &str) -> Result<T, Halt> {
+    fn number<T: std::str::FromStr>(&mut self, what: &str) -> Result<T, ReadError> {
         let word = self.word()?;
         let number = std::str::from_utf8(word).ok().and_then(|text| text.parse().ok());
         number.ok_or_else(|| self.fault(word, what).into())
     }
 }
 
-impl Source for Ascii<'_> {
+impl DataReader for Ascii<'_> {
     /// A blank and a digit. The first number after the header lacks the blank, which makes no difference: the check of
     /// room takes lists as empty, and a mesh has at least one that is not.
     fn least(_: Scalar) -> usize {
@@ -138,7 +138,7 @@ impl Source for Ascii<'_> {
         self.bytes.len() - self.at
     }
 
-    fn real(&mut self, scalar: Scalar) -> Result<f32, Halt> {
+    fn real(&mut self, scalar: Scalar) -> Result<f32, ReadError> {
         match scalar {
             Scalar::F32 => self.number("is not a number"),
             // Rounded twice, as from the binary form of the same file.
@@ -147,7 +147,7 @@ impl Source for Ascii<'_> {
         }
     }
 
-    fn whole(&mut self, integer: Integer) -> Result<i64, Halt> {
+    fn whole(&mut self, integer: Integer) -> Result<i64, ReadError> {
         match integer {
             Integer::I8 => Ok(i64::from(self.number::<i8>("is not an integer from -128 to 127")?)),
             Integer::U8 => Ok(i64::from(self.number::<u8>("is not an integer from 0 to 255")?)),
@@ -162,7 +162,7 @@ impl Source for Ascii<'_> {
         }
     }
 
-    fn skip(&mut self, _: Scalar, times: usize) -> Result<(), Halt> {
+    fn skip(&mut self, _: Scalar, times: usize) -> Result<(), ReadError> {
         (0..times).try_for_each(|_| self.word().map(drop))
     }
 

@@ -440,7 +440,7 @@ proptest! {
         read_anything(&bytes);
     }
 
-    /// Numbers of a header that grow by digits: the promises of a hostile file.
+    /// SampleStream of a header that grow by digits: the promises of a hostile file.
     #[test]
     fn any_count_is_weighed_against_the_file(encoding in 0..3_usize, vertices in any::<u64>(), faces in any::<u64>()) {
         let header = PLAIN.replace("vertex 4", &format!("vertex {vertices}"));

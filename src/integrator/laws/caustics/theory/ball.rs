@@ -12,7 +12,7 @@ use crate::bsdf::fresnel;
 
 /// A glass ball in air, with the light that falls on it.
 #[derive(Clone, Copy, Debug)]
-pub struct Ball {
+pub struct BallLens {
     /// Its radius.
     pub radius: f64,
     /// Its index of refraction, above 1.
@@ -68,7 +68,7 @@ impl Leaving {
     }
 }
 
-impl Ball {
+impl BallLens {
     /// The power that the ball receives.
     #[must_use]
     pub fn received(&self) -> f64 {

@@ -72,7 +72,7 @@ impl HalfCylinder {
     #[must_use]
     pub fn reflected_irradiance(&self, place: DVec2) -> f64 {
         let density =
-            |Branch { angle, distance }| self.power_density(angle, distance) / self.determinant(angle, distance).abs();
+            |Branch { angle, distance }| self.power_pdf(angle, distance) / self.determinant(angle, distance).abs();
         self.reflectance * self.branches(place).into_iter().map(density).sum::<f64>()
     }
 
@@ -163,7 +163,7 @@ impl HalfCylinder {
     }
 
     /// The power that meets the wall, per angle and per distance at which it will land.
-    fn power_density(&self, angle: f64, distance: f64) -> f64 {
+    fn power_pdf(&self, angle: f64, distance: f64) -> f64 {
         match self.light {
             Light::Collimated { irradiance, elevation } => irradiance * elevation.sin() * self.radius * angle.cos(),
             // The light's own angle is a / 2, and the floor beyond the wall as far as without it.
@@ -177,7 +177,7 @@ impl HalfCylinder {
     /// The integral of the density over the distance.
     fn power_between(&self, angle: f64, [near, far]: [f64; 2]) -> f64 {
         match self.light {
-            Light::Collimated { .. } => self.power_density(angle, near) * (far - near),
+            Light::Collimated { .. } => self.power_pdf(angle, near) * (far - near),
             Light::OnCircle { intensity, height } => {
                 let chord = 2.0 * self.radius * self.incidence(angle).cos();
                 let seen = |t: f64| height / height.hypot(chord + t);

@@ -122,7 +122,7 @@ pub fn disc_power(irradiance: impl Fn(DVec2) -> f64, centre: DVec2, radius: f64)
 }
 
 /// The most points on a circle.
-const MOST_POINTS: u32 = 512;
+const MAX_POINTS: u32 = 512;
 
 /// The mean of a smooth function on a circle: even steps converge faster than any power of their number.
 /// Trefethen and Weideman 2014, "The Exponentially Convergent Trapezoidal Rule", SIAM Review 56(3).
@@ -133,7 +133,7 @@ fn ring_mean(f: &impl Fn(DVec2) -> f64, centre: DVec2, radius: f64) -> f64 {
     };
     let mut points = 8;
     let mut mean = even(points, 0.0);
-    while points < MOST_POINTS {
+    while points < MAX_POINTS {
         let finer = 0.5 * (mean + even(points, 0.5));
         let change = (finer - mean).abs();
         (mean, points) = (finer, 2 * points);

@@ -4,7 +4,7 @@
 const ACCURACY: f64 = 1e-10;
 
 /// The pieces after which an integral is what it is.
-const MOST_PIECES: usize = 400;
+const MAX_PIECES: usize = 400;
 
 /// The integral of a function over `[a, b]`, which is not evaluated at the ends, to a relative error of at most 1e-10.
 ///
@@ -13,7 +13,7 @@ const MOST_PIECES: usize = 400;
 #[must_use]
 pub fn integral(f: impl Fn(f64) -> f64, [a, b]: [f64; 2]) -> f64 {
     let mut pieces = vec![Piece::new(&f, [a, b])];
-    while pieces.len() < MOST_PIECES {
+    while pieces.len() < MAX_PIECES {
         let error: f64 = pieces.iter().map(|piece| piece.error).sum();
         let size: f64 = pieces.iter().map(|piece| piece.value.abs()).sum();
         if error <= ACCURACY * size {

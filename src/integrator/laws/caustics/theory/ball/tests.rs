@@ -3,8 +3,8 @@ use glam::DVec3;
 use super::*;
 use crate::{math::rng::Stream, stats::Moments};
 
-const SUN: Ball = Ball { radius: 1.0, index: 1.5, light: Light::Collimated { irradiance: 1.0 } };
-const LAMP: Ball = Ball { radius: 1.0, index: 1.5, light: Light::Point { intensity: 1.0, distance: 3.0 } };
+const SUN: BallLens = BallLens { radius: 1.0, index: 1.5, light: Light::Collimated { irradiance: 1.0 } };
+const LAMP: BallLens = BallLens { radius: 1.0, index: 1.5, light: Light::Point { intensity: 1.0, distance: 3.0 } };
 
 /// Half of the last of eight digits.
 const ROUNDING: f64 = 5.1e-9;
@@ -87,7 +87,7 @@ fn the_numbers_of_a_point_light() {
 
 #[test]
 fn the_irradiance_is_the_growth_of_the_power() {
-    for ball in [SUN, LAMP, Ball { radius: 0.7, index: 1.3, ..SUN }] {
+    for ball in [SUN, LAMP, BallLens { radius: 0.7, index: 1.3, ..SUN }] {
         for (plane, r) in [(1.2, 0.05), (1.2, 0.2), (2.0, 0.2), (3.0, 0.4)] {
             let rings = integral(|r| TAU * r * ball.irradiance(plane, r), [r, 1.2 * r]);
             let growth = ball.encircled_power(plane, 1.2 * r) - ball.encircled_power(plane, r);
@@ -107,7 +107,7 @@ fn direct_light_and_shadow_make_up_the_beam() {
 }
 
 /// Where a ray in space meets a plane after two refractions by vectors, and the share that is left.
-fn traced(ball: &Ball, origin: DVec3, direction: DVec3, plane: f64) -> Option<(DVec3, f64)> {
+fn traced(ball: &BallLens, origin: DVec3, direction: DVec3, plane: f64) -> Option<(DVec3, f64)> {
     let along = -origin.dot(direction);
     let inside = along * along - origin.length_squared() + ball.radius.powi(2);
     let entry = origin + (along - inside.max(0.0).sqrt()) * direction;
@@ -124,8 +124,8 @@ fn traced(ball: &Ball, origin: DVec3, direction: DVec3, plane: f64) -> Option<(D
 #[test]
 fn rays_in_space_agree() {
     let (radius, index, plane, r) = (0.8, 1.6, 1.1, 0.15);
-    let sun = Ball { radius, index, light: Light::Collimated { irradiance: 2.0 } };
-    let lamp = Ball { light: Light::Point { intensity: 3.0, distance: 2.4 }, ..sun };
+    let sun = BallLens { radius, index, light: Light::Collimated { irradiance: 2.0 } };
+    let lamp = BallLens { light: Light::Point { intensity: 3.0, distance: 2.4 }, ..sun };
     for (number, ball) in [(0, sun), (1, lamp)] {
         let mut moments = Moments::default();
         for i in 0..100_000 {

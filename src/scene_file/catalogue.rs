@@ -1,0 +1,81 @@
+/// Makes the closed set of one concept from its list: the enum, its plugin tables, its reader, and a macro that
+/// dispatches a call to whichever member it is.
+///
+/// ```text
+/// catalogue! { ($)
+///     /// A surface's way with light.
+///     pub enum Bsdf: Model, each_bsdf { Diffuse(diffuse::Diffuse), Dielectric(dielectric::Dielectric) }
+/// }
+/// ```
+///
+/// Each member has the constant `PLUGIN` and `fn read(&Params) -> Result<Self, SceneError>` of [`Described`].
+macro_rules! catalogue {
+    (($d:tt) $(#[$meta:meta])* pub enum $Enum:ident in $category:expr, $each:ident {
+        $($(#[$member_meta:meta])* $Member:ident($Type:ty)),* $(,)?
+    }) => {
+        $(#[$meta])*
+        #[derive(Clone, Debug)]
+        pub enum $Enum { $($(#[$member_meta])* $Member($Type)),* }
+
+        impl $Enum {
+            /// The manual page of every member, in the order of the list.
+            pub const PLUGINS: &'static [&'static $crate::scene_file::Plugin] =
+                &[$(&<$Type as $crate::scene_file::Described>::PLUGIN),*];
+
+            /// The manual page of the member that it is.
+            #[must_use]
+            pub fn plugin(&self) -> &'static $crate::scene_file::Plugin {
+                match self { $(Self::$Member(_) => &<$Type as $crate::scene_file::Described>::PLUGIN),* }
+            }
+
+            /// Reads an object of this category, all but what [`Params::finish`](crate::node::Params::finish) checks.
+            ///
+            /// # Errors
+            /// If no member has this name, or a parameter is wrong.
+            pub fn read_from(params: &$crate::scene_file::Params<'_>) -> Result<Self, $crate::scene_file::SceneError> {
+                let name = params.plugin().name;
+                $(if name == <$Type as $crate::scene_file::Described>::PLUGIN.name {
+                    return <$Type as $crate::scene_file::Described>::read(params).map(Self::$Member);
+                })*
+                unreachable!("{name} was found in this list")
+            }
+
+            /// The view of an object, if this list has its plugin.
+            ///
+            /// # Errors
+            /// If it is of another category, or no member has its name.
+            pub fn params(
+                document: &$crate::scene_file::Document,
+                id: $crate::scene_file::ObjectId,
+            ) -> Result<$crate::scene_file::Params<'_>, $crate::scene_file::SceneError> {
+                $crate::scene_file::Params::of(document, id, $category, Self::PLUGINS)
+            }
+
+            /// Reads an object of this category completely.
+            ///
+            /// # Errors
+            /// If no member has its name, or a parameter is wrong or unknown.
+            pub fn read(
+                document: &$crate::scene_file::Document,
+                id: $crate::scene_file::ObjectId,
+            ) -> Result<Self, $crate::scene_file::SceneError> {
+                let params = Self::params(document, id)?;
+                let read = Self::read_from(&params)?;
+                params.finish()?;
+                Ok(read)
+            }
+        }
+
+        $(impl From<$Type> for $Enum {
+            fn from(member: $Type) -> Self { Self::$Member(member) }
+        })*
+
+        macro_rules! $each {
+            ($d value:expr, $d member:ident => $d body:expr) => {
+                match $d value { $($Enum::$Member($d member) => $d body),* }
+            };
+        }
+    };
+}
+
+pub(crate) use catalogue;

@@ -1,0 +1,344 @@
+use std::{cell::RefCell, path::PathBuf};
+
+use glam::{DAffine3, DVec3};
+
+use super::{
+    Category, DefaultValue, Document, Object, ObjectId, Param, ParamKind, Plugin, Property, Range, SceneError,
+    Spectrum, Value, plugin::number,
+};
+use crate::math::Rgb;
+
+/// A plugin's view of its own element: reads parameters by the plugin's table, checks type and range, fills in the
+/// defaults, and knows in the end which properties nobody asked for.
+///
+/// Asking for a parameter that the table lacks is a bug of the plugin and panics.
+pub struct Params<'d> {
+    document: &'d Document,
+    object: &'d Object,
+    plugin: &'static Plugin,
+    /// Which of the object's properties were asked for, in the order of `object.properties`.
+    used: RefCell<Vec<bool>>,
+}
+
+impl<'d> Params<'d> {
+    /// The view of an object by the table of its plugin, which must be in the given list.
+    ///
+    /// # Errors
+    /// If the object is of another category, or the list has no plugin of its name.
+    pub fn of(
+        document: &'d Document,
+        id: ObjectId,
+        category: Category,
+        plugins: &[&'static Plugin],
+    ) -> Result<Self, SceneError> {
+        let object = document.object(id);
+        if object.category != category {
+            let what = format!(
+                "{} \"{}\" stands where {} belongs",
+                object.category,
+                object.plugin,
+                with_article(category.tag())
+            );
+            return Err(SceneError::at(&object.place, what));
+        }
+        let Some(plugin) = plugins.iter().find(|plugin| plugin.name == object.plugin) else {
+            let known: Vec<_> = plugins.iter().map(|plugin| plugin.name).collect();
+            let error = SceneError::at(&object.place, format!("no {category} is called \"{}\"", object.plugin));
+            return Err(error.hint(format!("known: {}", known.join(", "))));
+        };
+        Ok(Self { document, object, plugin, used: RefCell::new(vec![false; object.properties.len()]) })
+    }
+
+    /// The manual page that it reads by.
+    #[must_use]
+    pub fn plugin(&self) -> &'static Plugin {
+        self.plugin
+    }
+
+    /// The whole document, to read child objects from.
+    #[must_use]
+    pub fn document(&self) -> &'d Document {
+        self.document
+    }
+
+    /// The element itself.
+    #[must_use]
+    pub fn object(&self) -> &'d Object {
+        self.object
+    }
+
+    /// A number.
+    ///
+    /// # Errors
+    /// If it is of another type, out of its range, or absent and required; likewise for all readers below.
+    pub fn float(&self, name: &str) -> Result<f64, SceneError> {
+        self.required(name, self.optional_float(name)?)
+    }
+
+    /// A number that may be absent.
+    pub fn optional_float(&self, name: &str) -> Result<Option<f64>, SceneError> {
+        let param = self.param(name);
+        let number = match self.find(name) {
+            None => default_text(param).map(parse_float),
+            Some(Property { value: Value::Float(x), .. }) => Some(*x),
+            Some(Property { value: Value::Integer(i), .. }) => Some(*i as f64),
+            Some(property) => return Err(self.wrong_type(property, "float")),
+        };
+        number.map_or(Ok(None), |x| self.in_range(param, x).map(Some))
+    }
+
+    /// A whole number.
+    pub fn integer(&self, name: &str) -> Result<i64, SceneError> {
+        let param = self.param(name);
+        let number = match self.find(name) {
+            None => default_text(param).map(|text| parse_float(text) as i64),
+            Some(Property { value: Value::Integer(i), .. }) => Some(*i),
+            Some(property) => return Err(self.wrong_type(property, "integer")),
+        };
+        let number = self.required(name, number)?;
+        self.in_range(param, number as f64)?;
+        Ok(number)
+    }
+
+    /// true or false.
+    pub fn boolean(&self, name: &str) -> Result<bool, SceneError> {
+        let given = match self.find(name) {
+            None => default_text(self.param(name)).map(|text| text == "true"),
+            Some(Property { value: Value::Boolean(b), .. }) => Some(*b),
+            Some(property) => return Err(self.wrong_type(property, "boolean")),
+        };
+        self.required(name, given)
+    }
+
+    /// A text; of a [`ParamKind::Choice`], one of its words.
+    pub fn string(&self, name: &str) -> Result<&'d str, SceneError> {
+        self.required(name, self.optional_string(name)?)
+    }
+
+    /// A text that may be absent.
+    pub fn optional_string(&self, name: &str) -> Result<Option<&'d str>, SceneError> {
+        let param = self.param(name);
+        let text = match self.find(name) {
+            None => return Ok(default_text(param)),
+            Some(Property { value: Value::String(text), .. }) => text,
+            Some(property) => return Err(self.wrong_type(property, "string")),
+        };
+        if let ParamKind::Choice(words) = param.kind
+            && !words.contains(&text.as_str())
+        {
+            let error = self.error(name, format!("\"{name}\" cannot be \"{text}\""));
+            return Err(error.hint(format!("known: {}", words.join(", "))));
+        }
+        Ok(Some(text))
+    }
+
+    /// A file name, taken from the folder of the scene file that names it.
+    pub fn file(&self, name: &str) -> Result<PathBuf, SceneError> {
+        Ok(self.object.folder.join(self.string(name)?))
+    }
+
+    /// Linear RGB, each channel within the parameter's range.
+    pub fn rgb(&self, name: &str) -> Result<Rgb, SceneError> {
+        let colour = match self.find(name) {
+            None => default_text(self.param(name)).map(parse_vector),
+            Some(property) => Some(self.colour(property)?),
+        };
+        self.required(name, colour)
+    }
+
+    /// The colour that a property holds, each channel within the parameter's range.
+    ///
+    /// A uniform `<spectrum>` is a grey where it stands for a reflectance; on an emitter Mitsuba turns it into the
+    /// colour (1.2048, 0.9483, 0.9087), a surprise that we answer with an error.
+    pub fn colour(&self, property: &Property) -> Result<Rgb, SceneError> {
+        let rgb = match &property.value {
+            Value::Rgb(rgb) => *rgb,
+            Value::Float(x) => Rgb::splat(*x),
+            Value::Integer(i) => Rgb::splat(*i as f64),
+            Value::Spectrum(Spectrum::Uniform(x)) if self.object.category != Category::Emitter => Rgb::splat(*x),
+            Value::Spectrum(_) => {
+                let error = SceneError::at(&property.place, format!("\"{}\" is spectral", property.name));
+                return Err(error.hint("this renderer works in linear RGB: give <rgb>"));
+            }
+            _ => return Err(self.wrong_type(property, "rgb")),
+        };
+        let range = self.param(&property.name).range;
+        if rgb.to_array().iter().all(|&x| range.contains(x)) {
+            return Ok(rgb);
+        }
+        let what = format!("\"{}\" is [{}]", property.name, rgb.to_array().map(number).join(", "));
+        Err(SceneError::at(&property.place, what).hint(format!("each channel must be {}", range.describe())))
+    }
+
+    /// Three coordinates.
+    pub fn point(&self, name: &str) -> Result<DVec3, SceneError> {
+        self.required(name, self.optional_point(name)?)
+    }
+
+    /// Three coordinates that may be absent, each within the parameter's range.
+    pub fn optional_point(&self, name: &str) -> Result<Option<DVec3>, SceneError> {
+        let param = self.param(name);
+        let point = match self.find(name) {
+            None => default_text(param).map(parse_vector),
+            Some(Property { value: Value::Vector(v), .. }) => Some(*v),
+            Some(property) => return Err(self.wrong_type(property, "point")),
+        };
+        for x in point.iter().flat_map(|point| point.to_array()) {
+            self.in_range(param, x)?;
+        }
+        Ok(point)
+    }
+
+    /// Finite numbers in one text, separated by commas or blanks.
+    pub fn numbers(&self, name: &str) -> Result<Vec<f64>, SceneError> {
+        let parse = |item: &str| {
+            let number = item.parse().ok().filter(|x: &f64| x.is_finite());
+            number.ok_or_else(|| self.error(name, format!("\"{item}\" in \"{name}\" is no finite number")))
+        };
+        let items = self.string(name)?.split(|c: char| c == ',' || c.is_ascii_whitespace());
+        items.filter(|item| !item.is_empty()).map(parse).collect()
+    }
+
+    /// An affine map; the identity if absent.
+    pub fn transform(&self, name: &str) -> Result<DAffine3, SceneError> {
+        self.param(name);
+        match self.find(name) {
+            None => Ok(DAffine3::IDENTITY),
+            Some(Property { value: Value::Transform(map), .. }) => Ok(*map),
+            Some(property) => Err(self.wrong_type(property, "transform")),
+        }
+    }
+
+    /// The property as it stands, for values that may take several forms.
+    pub fn find(&self, name: &str) -> Option<&'d Property> {
+        self.param(name);
+        let index = self.object.properties.iter().position(|p| p.name == name)?;
+        self.used.borrow_mut()[index] = true;
+        Some(&self.object.properties[index])
+    }
+
+    /// The range of a parameter.
+    #[must_use]
+    pub fn range(&self, name: &str) -> Range {
+        self.param(name).range
+    }
+
+    /// The child objects of one category, whatever their names, in document order.
+    #[must_use]
+    pub fn children(&self, category: Category) -> Vec<ObjectId> {
+        let mut used = self.used.borrow_mut();
+        let mut found = Vec::new();
+        for (property, used) in self.object.properties.iter().zip(used.iter_mut()) {
+            if let Value::Object(id) = property.value
+                && self.document.object(id).category == category
+            {
+                *used = true;
+                found.push(id);
+            }
+        }
+        found
+    }
+
+    /// The child object of a category of which there can be at most one.
+    ///
+    /// # Errors
+    /// If there are two.
+    pub fn child(&self, category: Category) -> Result<Option<ObjectId>, SceneError> {
+        let children = self.children(category);
+        if children.len() > 1 {
+            let what = format!("{} can have only one {category}, this has {}", self.called(), children.len());
+            let error = SceneError::at(&self.document.object(children[1]).place, what);
+            return Err(error.hint("keep one of them"));
+        }
+        Ok(children.first().copied())
+    }
+
+    /// An error about a parameter, at its place, or at the object's if it is absent.
+    #[must_use]
+    pub fn error(&self, name: &str, what: impl Into<String>) -> SceneError {
+        let property = self.object.properties.iter().find(|p| p.name == name);
+        SceneError::at(property.map_or(&self.object.place, |p| &p.place), what)
+    }
+
+    /// Checks that every property was asked for.
+    ///
+    /// # Errors
+    /// One for each that was not, naming those that would have been right.
+    pub fn finish(&self) -> Result<(), SceneError> {
+        let mut error = SceneError(Vec::new());
+        for (property, used) in self.object.properties.iter().zip(self.used.borrow().iter()) {
+            if !used {
+                error.0.extend(self.unused(property).0);
+            }
+        }
+        if error.0.is_empty() { Ok(()) } else { Err(error) }
+    }
+
+    fn unused(&self, property: &Property) -> SceneError {
+        if let Value::Object(id) = property.value {
+            let child = self.document.object(id);
+            let what = format!("{} takes no {} \"{}\"", self.called(), child.category, child.plugin);
+            return SceneError::at(&child.place, what);
+        }
+        let what = format!("{} has no parameter \"{}\"", self.called(), property.name);
+        let known: Vec<_> = self.plugin.params.iter().map(|p| p.name).collect();
+        let hint = if known.is_empty() { "it takes none".to_owned() } else { format!("known: {}", known.join(", ")) };
+        SceneError::at(&property.place, what).hint(hint)
+    }
+
+    fn called(&self) -> String {
+        match self.plugin.name {
+            "" => with_article(self.plugin.category.tag()),
+            name => format!("{} \"{name}\"", with_article(self.plugin.category.tag())),
+        }
+    }
+
+    fn param(&self, name: &str) -> &'static Param {
+        let found = self.plugin.params.iter().find(|p| p.name == name);
+        found.unwrap_or_else(|| panic!("{} reads \"{name}\", which its table lacks", self.called()))
+    }
+
+    fn required<T>(&self, name: &str, value: Option<T>) -> Result<T, SceneError> {
+        let missing = || SceneError::at(&self.object.place, format!("{} needs \"{name}\"", self.called()));
+        value.ok_or_else(|| missing().hint(self.param(name).description))
+    }
+
+    fn wrong_type(&self, property: &Property, expected: &str) -> SceneError {
+        let what = format!("\"{}\" is {}", property.name, with_article(property.value.type_name()));
+        SceneError::at(&property.place, what).hint(format!("must be {}", with_article(expected)))
+    }
+
+    fn in_range(&self, param: &Param, x: f64) -> Result<f64, SceneError> {
+        if param.range.contains(x) {
+            return Ok(x);
+        }
+        let error = self.error(param.name, format!("\"{}\" is {}", param.name, number(x)));
+        Err(error.hint(format!("must be {}", param.range.describe())))
+    }
+}
+
+fn with_article(word: &str) -> String {
+    let article = if word.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    format!("{article} {word}")
+}
+
+fn default_text(param: &Param) -> Option<&'static str> {
+    match param.default {
+        DefaultValue::Value(text) => Some(text),
+        DefaultValue::Required | DefaultValue::Absent(_) => None,
+    }
+}
+
+/// Numbers in parameter tables are ours, and a test reads every one.
+fn parse_float(text: &str) -> f64 {
+    text.parse().expect("a default in a parameter table is a number")
+}
+
+fn parse_vector(text: &str) -> DVec3 {
+    let numbers: Vec<f64> = text.split(',').map(|part| parse_float(part.trim())).collect();
+    match numbers[..] {
+        [x] => DVec3::splat(x),
+        [x, y, z] => DVec3::new(x, y, z),
+        _ => panic!("a default in a parameter table has one number or three: {text}"),
+    }
+}

@@ -1,0 +1,169 @@
+use super::{Category, Params, SceneError};
+
+/// What a plugin is to its users: the manual page, the parameter table that its reader reads by, and the examples
+/// that the laws of its list run over.
+#[derive(Clone, Copy, Debug)]
+pub struct Plugin {
+    /// The tag it goes with.
+    pub category: Category,
+    /// The `type` attribute.
+    pub name: &'static str,
+    /// One sentence.
+    pub summary: &'static str,
+    /// Every parameter it reads.
+    pub params: &'static [Param],
+    /// Elements as they would stand in a scene; every one must be read, and the list's laws hold for every one.
+    pub examples: &'static [&'static str],
+    /// Names of rows of `etendue verify` that speak for it, beyond the laws of its list.
+    pub evidence: &'static [&'static str],
+}
+
+/// What every member of every list has: its manual page and its reader.
+pub trait Described: Sized {
+    /// The manual page.
+    const PLUGIN: Plugin;
+
+    /// Reads the parameters.
+    ///
+    /// # Errors
+    /// If one is wrong.
+    fn read(params: &Params<'_>) -> Result<Self, SceneError>;
+}
+
+/// One parameter of a plugin.
+#[derive(Clone, Copy, Debug)]
+pub struct Param {
+    /// The `name` attribute.
+    pub name: &'static str,
+    /// The type of its value.
+    pub kind: ParamKind,
+    /// What holds when it is absent.
+    pub default: DefaultValue,
+    /// Which numbers are allowed.
+    pub range: Range,
+    /// What it means, with its unit.
+    pub description: &'static str,
+}
+
+/// The type of a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ParamKind {
+    /// A number; an integer will do.
+    Float,
+    /// A whole number.
+    Integer,
+    /// true or false.
+    Boolean,
+    /// Any text.
+    String,
+    /// One of some words.
+    Choice(&'static [&'static str]),
+    /// A file, relative to the scene file.
+    File,
+    /// Linear RGB.
+    Rgb,
+    /// Linear RGB, a number for grey, or a texture.
+    Texture,
+    /// Three coordinates.
+    Point,
+    /// An affine map.
+    Transform,
+    /// A child object.
+    Object(Category),
+}
+
+/// What holds when a parameter is absent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DefaultValue {
+    /// An error.
+    Required,
+    /// The plugin does without; the text says how.
+    Absent(&'static str),
+    /// This value, written as it would stand in a scene file.
+    Value(&'static str),
+}
+
+/// No coordinate of a scene is farther from 0.
+pub const FARTHEST: f64 = 1e15;
+
+/// An interval of numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// The least allowed number.
+    pub min: f64,
+    /// The greatest.
+    pub max: f64,
+    /// Whether `min` itself is left out.
+    pub open: bool,
+}
+
+impl Range {
+    /// Every finite number.
+    pub const FINITE: Self = Self { min: f64::MIN, max: f64::MAX, open: false };
+    /// Above zero and finite.
+    pub const POSITIVE: Self = Self { min: 0.0, max: f64::MAX, open: true };
+    /// Zero or above, finite.
+    pub const NON_NEGATIVE: Self = Self { min: 0.0, max: f64::MAX, open: false };
+    /// What a light can send out: images hold 32-bit floats, which end at 3.4e38.
+    pub const LIGHT: Self = Self { min: 0.0, max: 1e30, open: false };
+    /// A length: the hierarchy of boxes holds 32-bit floats, whose squares end at 1.8e19.
+    pub const LENGTH: Self = Self { min: 0.0, max: FARTHEST, open: true };
+    /// From 0 to 1, both included.
+    pub const UNIT: Self = Self { min: 0.0, max: 1.0, open: false };
+
+    /// Whether a number lies in it; NaN does not.
+    #[must_use]
+    pub fn contains(&self, x: f64) -> bool {
+        x >= self.min && x <= self.max && !(self.open && x == self.min)
+    }
+
+    /// What a message calls it.
+    #[must_use]
+    pub fn describe(&self) -> String {
+        match *self {
+            Self::FINITE => "a finite number".into(),
+            Self::POSITIVE => "a number above 0".into(),
+            Self::NON_NEGATIVE => "a number from 0 up".into(),
+            Self { min, max: f64::MAX, .. } => format!("a number from {} up", number(min)),
+            Self { min, max, open: true } => format!("a number above {}, at most {}", number(min), number(max)),
+            Self { min, max, open: false } => format!("a number from {} to {}", number(min), number(max)),
+        }
+    }
+}
+
+/// A number as a person would write it: 0.0001, 4294967295, 1e30.
+pub(super) fn number(x: f64) -> String {
+    let plain = x == 0.0 || (1e-6..1e15).contains(&x.abs()) || !x.is_finite();
+    if plain { x.to_string() } else { format!("{x:e}") }
+}
+
+impl Param {
+    /// A parameter of some kind that must be given.
+    #[must_use]
+    pub const fn required(name: &'static str, kind: ParamKind, description: &'static str) -> Self {
+        Self { name, kind, default: DefaultValue::Required, range: Range::FINITE, description }
+    }
+
+    /// A parameter with a default, written as in a scene file.
+    #[must_use]
+    pub const fn new(name: &'static str, kind: ParamKind, default: &'static str, description: &'static str) -> Self {
+        Self { name, kind, default: DefaultValue::Value(default), range: Range::FINITE, description }
+    }
+
+    /// A parameter that the plugin can do without.
+    #[must_use]
+    pub const fn optional(
+        name: &'static str,
+        kind: ParamKind,
+        without: &'static str,
+        description: &'static str,
+    ) -> Self {
+        Self { name, kind, default: DefaultValue::Absent(without), range: Range::FINITE, description }
+    }
+
+    /// The same, with a range.
+    #[must_use]
+    pub const fn within(self, range: Range) -> Self {
+        Self { range, ..self }
+    }
+}

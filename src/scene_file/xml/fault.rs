@@ -1,0 +1,110 @@
+use crate::scene_file::{Diagnostic, SceneError, SourceLocation};
+
+use super::limit;
+
+/// One fault whose place its finder does not know.
+#[derive(Debug)]
+pub(super) struct ParseFault {
+    /// What is wrong.
+    pub(super) what: String,
+    /// What would have been right.
+    pub(super) hint: Option<String>,
+    /// The attribute that is at fault, unless it is the element.
+    pub(super) attribute: Option<&'static str>,
+}
+
+impl ParseFault {
+    pub(super) fn new(what: impl Into<String>) -> Self {
+        Self { what: what.into(), hint: None, attribute: None }
+    }
+
+    pub(super) fn hint(self, hint: impl Into<String>) -> Self {
+        Self { hint: Some(hint.into()), ..self }
+    }
+
+    pub(super) fn on(self, attribute: &'static str) -> Self {
+        Self { attribute: Some(attribute), ..self }
+    }
+
+    pub(super) fn at(self, place: Option<SourceLocation>) -> Diagnostic {
+        Diagnostic { place, what: one_line(self.what), hint: self.hint.map(one_line) }
+    }
+}
+
+/// A message quotes the file, whose texts may be of any length and have line breaks in them.
+fn one_line(text: String) -> String {
+    let mut line = text;
+    if line.len() > limit::MESSAGE {
+        let head: String = line.chars().take(limit::MESSAGE / 2).collect();
+        let tail: Vec<_> = line.chars().rev().take(limit::MESSAGE / 4).collect();
+        line = format!("{head} ... {}", tail.iter().rev().collect::<String>());
+    }
+    if line.contains(char::is_control) {
+        line = line.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    }
+    line
+}
+
+/// The faults found so far. Reading goes on after most of them, to report several at once.
+#[derive(Debug, Default)]
+pub(super) struct Faults {
+    list: Vec<Diagnostic>,
+    stopped: bool,
+}
+
+impl Faults {
+    pub(super) fn push(&mut self, place: &SourceLocation, fault: ParseFault) {
+        self.report(fault.at(Some(place.clone())));
+    }
+
+    pub(super) fn report(&mut self, diagnostic: Diagnostic) {
+        if self.stopped {
+            return;
+        }
+        self.list.push(diagnostic);
+        if self.list.len() == limit::FAULTS {
+            self.list
+                .push(ParseFault::new(format!("more than {} faults: the rest is not shown", limit::FAULTS)).at(None));
+            self.stopped = true;
+        }
+    }
+
+    /// Ends the reading: what follows would take too much.
+    pub(super) fn stop(&mut self) {
+        self.stopped = true;
+    }
+
+    pub(super) fn stopped(&self) -> bool {
+        self.stopped
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// The value, if nothing was wrong.
+    pub(super) fn or<T>(self, value: T) -> Result<T, SceneError> {
+        if self.list.is_empty() { Ok(value) } else { Err(SceneError(self.list)) }
+    }
+}
+
+/// The candidate that was probably meant: equal but for case and underscores, or else the nearest spelling.
+pub(super) fn closest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let candidates: Vec<_> = candidates.into_iter().take(limit::CANDIDATES + 1).collect();
+    // Edit distances of long texts, or to many names, take long; and among so many, something is always near.
+    if word.len() > limit::PARAMETER_NAME || candidates.len() > limit::CANDIDATES {
+        return None;
+    }
+    let plain = |text: &str| text.replace('_', "").to_lowercase();
+    candidates
+        .into_iter()
+        .filter(|candidate| candidate.len() <= limit::PARAMETER_NAME)
+        .map(|candidate| {
+            let alike = plain(candidate) == plain(word);
+            (if alike { 1.0 } else { strsim::normalized_damerau_levenshtein(word, candidate) }, candidate)
+        })
+        .filter(|(likeness, _)| *likeness >= 0.6)
+        // Candidates may come in any order, but the same scene gets the same message.
+        .max_by(|a, b| a.0.total_cmp(&b.0).then_with(|| b.1.cmp(a.1)))
+        .map(|(_, candidate)| candidate)
+}

@@ -1,0 +1,146 @@
+use std::{collections::HashMap, path::PathBuf, sync::Arc};
+
+use crate::scene_file::{Category, Object, ObjectId, Property, SourceLocation, Value};
+
+use super::{
+    fault::{Faults, ParseFault, closest},
+    limit,
+};
+
+/// An object whose references are not resolved yet.
+pub(super) struct DraftObject {
+    pub(super) category: Category,
+    pub(super) plugin: String,
+    pub(super) id: Option<String>,
+    pub(super) place: SourceLocation,
+    pub(super) properties: Vec<Draft>,
+}
+
+/// A property whose reference, if it is one, is not resolved yet.
+pub(super) struct Draft {
+    pub(super) name: String,
+    pub(super) value: DraftValue,
+    pub(super) place: SourceLocation,
+}
+
+pub(super) enum DraftValue {
+    Ready(Value),
+    Ref(String),
+}
+
+/// The objects that have an id, and where they got it.
+#[derive(Default)]
+pub(super) struct Ids(HashMap<String, (ObjectId, SourceLocation)>);
+
+impl Ids {
+    /// Gives an id to an object, unless it is taken.
+    pub(super) fn add(&mut self, id: &str, object: ObjectId, place: &SourceLocation) -> Result<(), ParseFault> {
+        if let Some((_, previous)) = self.0.get(id) {
+            return Err(ParseFault::new(format!("duplicate ID: \"{id}\"")).hint(format!("previous was at {previous}")));
+        }
+        self.0.insert(id.into(), (object, place.clone()));
+        Ok(())
+    }
+
+    pub(super) fn find(&self, id: &str) -> Option<ObjectId> {
+        self.0.get(id).map(|(object, _)| *object)
+    }
+
+    /// What a message says about an id that does not exist.
+    pub(super) fn hint(&self, id: &str) -> String {
+        match closest(id, self.0.keys().map(String::as_str)) {
+            Some(near) => format!("did you mean \"{near}\"?"),
+            None => format!("no object has id=\"{id}\""),
+        }
+    }
+}
+
+/// Resolves the references, and refuses cycles.
+pub(super) fn resolve(drafts: Vec<DraftObject>, ids: &Ids, folder: &Arc<PathBuf>, faults: &mut Faults) -> Vec<Object> {
+    let mut objects = Vec::with_capacity(drafts.len());
+    let mut resolved = true;
+    for draft in drafts {
+        let mut properties = Vec::with_capacity(draft.properties.len());
+        for Draft { name, value, place } in draft.properties {
+            let value = match value {
+                DraftValue::Ready(value) => value,
+                DraftValue::Ref(id) => match ids.find(&id) {
+                    Some(object) => Value::Object(object),
+                    None => {
+                        let fault = ParseFault::new(format!("unresolved reference to \"{id}\"")).hint(ids.hint(&id));
+                        faults.push(&place, fault);
+                        resolved = false;
+                        continue;
+                    }
+                },
+            };
+            properties.push(Property { name, value, place });
+        }
+        let DraftObject { category, plugin, id, place, .. } = draft;
+        objects.push(Object { category, plugin, id, place, folder: folder.clone(), properties });
+    }
+    if resolved {
+        check_cycles(&objects, faults);
+    }
+    objects
+}
+
+/// What is known of an object while cycles are looked for.
+#[derive(Clone, Copy, PartialEq)]
+enum Mark {
+    New,
+    /// It is on the path from where the search started.
+    Open,
+    /// It is on no cycle, and contains so many levels of objects.
+    Done(usize),
+}
+
+/// Walks from every object to those it refers to, with a stack of its own: hostile chains of references are as long as
+/// the file.
+fn check_cycles(objects: &[Object], faults: &mut Faults) {
+    let mut marks = vec![Mark::New; objects.len()];
+    for start in 0..objects.len() {
+        if marks[start] != Mark::New {
+            continue;
+        }
+        // Each entry: an object, its next property, and the levels found below it so far.
+        let mut path = vec![(start, 0, 0)];
+        marks[start] = Mark::Open;
+        while let Some((object, next, levels)) = path.last_mut() {
+            let Some(property) = objects[*object].properties.get(*next) else {
+                let (object, levels) = (*object, *levels + 1);
+                marks[object] = Mark::Done(levels);
+                path.pop();
+                if let Some((_, _, above)) = path.last_mut() {
+                    *above = levels.max(*above);
+                }
+                if levels > limit::LEVELS {
+                    let what = format!("objects stand in one another through more than {} levels", limit::LEVELS);
+                    faults.push(&objects[object].place, ParseFault::new(what).hint("refer less deep"));
+                    return;
+                }
+                continue;
+            };
+            *next += 1;
+            let Value::Object(ObjectId(child)) = property.value else { continue };
+            match marks[child] {
+                Mark::New => {
+                    marks[child] = Mark::Open;
+                    path.push((child, 0, 0));
+                }
+                Mark::Open => faults.push(&property.place, cycle(objects, &path, child)),
+                Mark::Done(below) => *levels = below.max(*levels),
+            }
+        }
+    }
+}
+
+fn cycle(objects: &[Object], path: &[(usize, usize, usize)], child: usize) -> ParseFault {
+    let name = |i: usize| match &objects[i].id {
+        Some(id) => id.clone(),
+        None => format!("<{}>", objects[i].category),
+    };
+    let around = path.iter().map(|(object, ..)| *object).skip_while(|object| *object != child).take(12);
+    let names: Vec<_> = around.chain([child]).map(name).collect();
+    ParseFault::new(format!("circular reference: {}", names.join(" -> "))).hint("an object cannot contain itself")
+}

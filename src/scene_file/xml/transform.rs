@@ -1,0 +1,113 @@
+use glam::{DAffine3, DMat3, DVec3};
+
+use crate::math::Frame;
+
+use super::{
+    element::Element,
+    fault::ParseFault,
+    values::{COORDINATES, coordinates, finite, numbers, triple},
+};
+
+/// The elements that stand inside a `<transform>`.
+pub(super) const OPERATIONS: [&str; 5] = ["translate", "rotate", "scale", "lookat", "matrix"];
+
+/// How far from 1 the length of a rotation's axis may be. Mitsuba uses the axis as it stands, so this is also how far
+/// its transform and ours may differ, relative to the size of the object: a hundredth of a pixel in an image a
+/// thousand pixels wide. It admits axes written with four digits, such as 0.7071.
+pub(super) const UNIT: f64 = 1e-5;
+
+/// The least sine between `up` and the direction of a `<lookat>`; below, rounding alone would choose the roll.
+const PARALLEL: f64 = 1e-9;
+
+/// The least volume, per unit lengths of the columns, of a matrix that can be inverted: some rounding errors of the
+/// determinant.
+const SINGULAR: f64 = 1e-14;
+
+/// The attributes of an operation, required ones first.
+pub(super) fn attributes(operation: &str) -> (&'static [&'static str], &'static [&'static str]) {
+    match operation {
+        "rotate" => (&["angle"], &COORDINATES),
+        "lookat" => (&["origin", "target"], &["up"]),
+        "matrix" => (&["value"], &[]),
+        _ => (&[], &COORDINATES),
+    }
+}
+
+/// The map of one operation, which goes to the left of those before it.
+pub(super) fn operation(element: &Element<'_>) -> Result<DAffine3, ParseFault> {
+    match element.tag {
+        "translate" => Ok(DAffine3::from_translation(coordinates(element, 0.0)?)),
+        "scale" => Ok(DAffine3::from_scale(coordinates(element, 1.0)?)),
+        "rotate" => rotate(element),
+        "lookat" => lookat(element),
+        _ => matrix(element),
+    }
+}
+
+/// Refuses a map that cannot be inverted.
+pub(super) fn regular(transform: DAffine3) -> Result<DAffine3, ParseFault> {
+    if !transform.is_finite() {
+        return Err(ParseFault::new("the transform is not finite").hint("use smaller numbers"));
+    }
+    let m = transform.matrix3;
+    let columns = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::try_normalize);
+    let volume = match columns {
+        [Some(x), Some(y), Some(z)] => DMat3::from_cols(x, y, z).determinant().abs(),
+        _ => 0.0,
+    };
+    if volume < SINGULAR || !transform.inverse().is_finite() {
+        return Err(ParseFault::new("the transform is singular").hint("it must not flatten space; no scale may be 0"));
+    }
+    Ok(transform)
+}
+
+fn rotate(element: &Element<'_>) -> Result<DAffine3, ParseFault> {
+    let axis = coordinates(element, 0.0)?;
+    let angle = finite(element.required("angle")).map_err(|fault| fault.on("angle"))?;
+    let Some(unit) = axis.try_normalize() else {
+        return Err(ParseFault::new("the rotation axis is zero").hint("write for example x=\"1\""));
+    };
+    let length = axis.length();
+    if (length - 1.0).abs() > UNIT {
+        let what = format!("the rotation axis has length {length:.6}, and Mitsuba would shear with it");
+        let hint = format!("write x=\"{}\" y=\"{}\" z=\"{}\"", unit.x, unit.y, unit.z);
+        return Err(ParseFault::new(what).hint(hint));
+    }
+    Ok(DAffine3::from_axis_angle(unit, angle.to_radians()))
+}
+
+/// Columns (left, up, direction, origin): a camera looks along its +z with +x on its left.
+fn lookat(element: &Element<'_>) -> Result<DAffine3, ParseFault> {
+    let read = |name| triple(element.required(name)).map_err(|fault| fault.on(name));
+    let (origin, target) = (read("origin")?, read("target")?);
+    // An empty `up` is one that is not given.
+    let up = if element.required("up").is_empty() { DVec3::ZERO } else { read("up")? };
+    let Some(direction) = (target - origin).try_normalize() else {
+        return Err(ParseFault::new("invalid lookat: origin and target are the same").hint("move one of them"));
+    };
+    let up = up.try_normalize().unwrap_or_else(|| Frame::from_normal(direction).s);
+    let across = up.cross(direction);
+    if across.length() < PARALLEL {
+        return Err(ParseFault::new("invalid lookat: up is parallel to the direction").hint("turn up, or leave it out"));
+    }
+    let left = across.normalize();
+    Ok(DAffine3 { matrix3: DMat3::from_cols(left, direction.cross(left), direction), translation: origin })
+}
+
+/// 16 numbers row by row, or 9 without a translation.
+fn matrix(element: &Element<'_>) -> Result<DAffine3, ParseFault> {
+    let m = numbers(element.required("value")).map_err(|fault| fault.on("value"))?;
+    let (rows, translation) = match m.len() {
+        16 => (4, DVec3::new(m[3], m[7], m[11])),
+        9 => (3, DVec3::ZERO),
+        n => return Err(ParseFault::new(format!("a matrix has 9 or 16 numbers, got {n}")).on("value")),
+    };
+    // Mitsuba does not look at the last row, so anything else here would not mean what it says.
+    if rows == 4 && m[12..] != [0.0, 0.0, 0.0, 1.0] {
+        return Err(ParseFault::new("the last row of the matrix is not 0 0 0 1")
+            .hint("transforms are affine; numbers go row by row, the translation is the last column")
+            .on("value"));
+    }
+    let column = |j: usize| DVec3::new(m[j], m[rows + j], m[2 * rows + j]);
+    Ok(DAffine3 { matrix3: DMat3::from_cols(column(0), column(1), column(2)), translation })
+}
