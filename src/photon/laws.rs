@@ -4,7 +4,7 @@ use std::{f64::consts::PI, num::NonZeroUsize, path::Path};
 
 use glam::DVec3;
 
-use super::{EmittedPhotons, EstimateParameters, GatherPoint, Kernel, Map, PhotonMapKind, trace_photons};
+use super::{EmittedPhotons, EstimateParameters, GatherPoint, Kernel, PhotonMap, PhotonMapKind, trace_photons};
 use crate::{
     law::{Effort, Finding, Law},
     math::{Ray, Rgb, luminance},
@@ -179,9 +179,9 @@ fn seen_from(scene: &Scene, origin: DVec3, direction: DVec3) -> GatherPoint {
     GatherPoint::new(scene, &si)
 }
 
-fn irradiance(map: &Map, point: &GatherPoint, lookup: &EstimateParameters) -> Rgb {
+fn irradiance(map: &PhotonMap, point: &GatherPoint, lookup: &EstimateParameters) -> Rgb {
     let mut sum = Rgb::ZERO;
-    map.gather(point, lookup, |photon, density| sum += photon.power() * density);
+    map.for_each_nearby(point, lookup, |nearby| sum += nearby.photon.power() * nearby.density);
     sum
 }
 
@@ -206,7 +206,7 @@ fn uniform(effort: Effort) -> Vec<Finding> {
         let (scene, expected) = sunlit(degrees);
         let sites = PLACES.map(|(_, x, y)| seen_from(&scene, DVec3::new(x, y, 1.0), -DVec3::Z));
         let found = each(&scene, PhotonMapKind::Global, 6000, effort.samples(1200), |emitted| {
-            let map = Map::new(&emitted.positions, emitted.photons.clone());
+            let map = PhotonMap::new(&emitted.positions, emitted.photons.clone());
             let at = |point: &GatherPoint| {
                 lookups.iter().map(|(_, lookup)| irradiance(&map, point, lookup).y).collect::<Vec<_>>()
             };
@@ -275,7 +275,7 @@ fn thin_wall(_: Effort) -> Vec<Finding> {
 fn darkness(name: &str, scene: &Scene, lookup: &EstimateParameters, rays: &[(&str, DVec3, DVec3)]) -> Vec<Finding> {
     let direct = PathLimits { max_depth: 1, rr_depth: 1 };
     let found = trace_photons(scene, PhotonMapKind::Global, 50_000, direct, [18, 0, 0]);
-    let map = Map::new(&found.positions, found.photons);
+    let map = PhotonMap::new(&found.positions, found.photons);
     let dark = |(ray, origin, direction): &(&str, DVec3, DVec3)| {
         let found = irradiance(&map, &seen_from(scene, *origin, *direction), lookup);
         Finding::value(format!("{name}, {ray}"), luminance(found), 0.0, 0.0)

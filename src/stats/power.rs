@@ -39,7 +39,7 @@ pub fn detectable_bias(mean: f64, std_error: f64, dof: f64, level: f64, power: f
 /// How many samples each of two sides needs so that a two-sided z test at `level` finds a relative bias of
 /// `relative_bias` with probability `power`: `K = 2 (z_{α/2} + z_β)² s² / b²`.
 ///
-/// `relative_deviation` is the standard deviation of one sample (a pixel sample, a sub-render) over the mean. Iteration up.
+/// `relative_deviation` is the standard deviation of one sample (a pixel sample, a sub-render) over the mean. Rounded up.
 #[must_use]
 pub fn samples_per_side(relative_deviation: f64, relative_bias: f64, level: f64, power: f64) -> f64 {
     let std_errors = normal::two_sided_z(level) + normal::quantile(power);

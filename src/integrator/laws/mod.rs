@@ -17,7 +17,9 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::{EyeRay, Integrator, IntegratorModel as _, Overrides};
+use super::{
+    CameraRay, Estimator, Integrator, IntegratorModel as _, IntegratorState, Iteration, Overrides, SampleOutput,
+};
 use crate::{
     law::Finding,
     math::{Ray, Rgb, rng::Stream},
@@ -55,11 +57,17 @@ impl Setup {
         }
     }
 
+    /// The estimator of the first iteration of a replicate.
+    fn begin(&self, seed: u64, replicate: u64) -> Box<dyn Estimator + '_> {
+        let iteration = Iteration { seed, replicate, sample: 0 };
+        self.integrator.begin(&self.scene, &iteration, &IntegratorState::Empty)
+    }
+
     /// One estimate of the radiance that comes from a point against a direction.
     fn once(&self, origin: DVec3, direction: DVec3, address: &[u64]) -> Rgb {
         let mut sampler = PathSampler::Independent(Stream::at(address));
-        let eye = EyeRay::alone(Ray::new(origin, direction.normalize()));
-        self.integrator.radiance(&self.scene, &eye, &mut sampler, &mut [])
+        let camera_ray = CameraRay::alone(Ray::new(origin, direction.normalize()));
+        self.begin(0, 0).radiance(&camera_ray, &mut sampler, &mut SampleOutput::new(&mut []))
     }
 
     /// Many of them, by channel.

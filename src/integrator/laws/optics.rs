@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3};
 
 use super::{GLASS, Setup, path, triple};
 use crate::{
-    bsdf::BsdfModel as _,
+    bsdf::{BsdfModel as _, TransportMode},
     law::{Effort, Finding, Law, worst},
     math::Ray,
     transport::ShadingPoint,
@@ -44,7 +44,7 @@ fn traced(setup: &Setup, mut ray: Ray, surfaces: usize) -> Option<(Ray, f64)> {
     let mut length = 0.0;
     for _ in 0..surfaces {
         let si = setup.scene.intersect(&ray)?;
-        let shading_point = ShadingPoint::new(&setup.scene, si);
+        let shading_point = ShadingPoint::new(&setup.scene, si, TransportMode::Radiance);
         // The greatest number chooses what is refracted.
         let sample = shading_point.bsdf.sample(&shading_point.query, 1.0 - 1e-16, glam::DVec2::splat(0.5))?;
         length += si.t * ray.direction.length();

@@ -2,7 +2,7 @@ use glam::{DVec2, DVec3};
 
 use crate::{
     math::{PerSolidAngle, cos_theta, luminance, warp},
-    photon::{EstimateParameters, GatherPoint, Map},
+    photon::{GatherPoint, MapLookup, PhotonLookup as _},
     transport::{PathClass, ShadingPoint},
 };
 
@@ -21,19 +21,14 @@ const CELLS: usize = ROWS * ROWS;
 
 impl DirectionHistogram {
     /// The guide of a place; None if no indirect photon is near it.
-    pub(super) fn new(
-        map: &Map,
-        lookup: &EstimateParameters,
-        point: &GatherPoint,
-        shading_point: &ShadingPoint<'_>,
-    ) -> Option<Self> {
-        let side = if cos_theta(shading_point.query.wi) < 0.0 { -1.0 } else { 1.0 };
+    pub(super) fn new(lookup: &MapLookup<'_>, gather_point: &GatherPoint, point: &ShadingPoint<'_>) -> Option<Self> {
+        let side = if cos_theta(point.query.wi) < 0.0 { -1.0 } else { 1.0 };
         let mut up_to = [0.0; CELLS];
-        let shading = &shading_point.si.surface.shading;
-        map.gather(point, lookup, |photon, pdf| {
-            let local = side * shading.to_local(photon.direction());
-            if photon.class() == PathClass::Indirect && local.z > 0.0 {
-                up_to[cell(local)] += luminance(photon.power()) * pdf;
+        let shading = &point.si.surface.shading;
+        lookup.for_each_nearby(gather_point, |nearby| {
+            let local = side * shading.to_local(nearby.photon.direction());
+            if nearby.photon.class() == PathClass::Indirect && local.z > 0.0 {
+                up_to[cell(local)] += luminance(nearby.photon.power()) * nearby.density;
             }
         });
         let mut total = 0.0;

@@ -12,7 +12,7 @@ use crate::{
     integrator::laws::{CHANNELS, GLASS, diffuse, triple},
     law::{Effort, Finding, Law},
     math::{Ray, Rgb, rng::Stream},
-    photon::{EmittedPhotons, EstimateParameters, GatherPoint, Kernel, Map, Photon, PhotonMapKind},
+    photon::{EmittedPhotons, EstimateParameters, GatherPoint, Kernel, Photon, PhotonMap, PhotonMapKind},
     scene::Scene,
     stats::Estimate,
     transport::PathClass,
@@ -215,7 +215,7 @@ fn from_map(effort: Effort) -> Vec<Finding> {
         let (channel, scene) = (i % 3, over_floor(&SUN, plane));
         let kernel = |j: usize| Kernel::ALL[(i + j) % 3];
         let found = lots.each(&scene, |lot, emitted| {
-            let map = Map::new(&emitted.positions, emitted.photons);
+            let map = PhotonMap::new(&emitted.positions, emitted.photons);
             let mean = |(j, &r): (usize, &f64)| {
                 let lookup = EstimateParameters { nearest: None, radius: 0.1 * r * RADIUS, kernel: kernel(j).1 };
                 let mut numbers = Stream::at(&[44, lot, i as u64, j as u64]);
@@ -238,7 +238,7 @@ fn from_map(effort: Effort) -> Vec<Finding> {
 /// most of the light is.
 fn mean_irradiance(
     scene: &Scene,
-    map: &Map,
+    map: &PhotonMap,
     lookup: &EstimateParameters,
     disc: (f64, f64),
     numbers: &mut Stream,
@@ -257,7 +257,9 @@ fn mean_irradiance(
         let si = scene.intersect(&Ray::new(p - 0.01 * AXIS, AXIS)).expect("there is a floor");
         // Even steps take more points near the axis than there is area.
         let weight = 2.0 * part / f64::from(STEPS * SECTORS);
-        map.gather(&GatherPoint::new(scene, &si), lookup, |photon, density| sum += photon.power() * (density * weight));
+        map.for_each_nearby(&GatherPoint::new(scene, &si), lookup, |nearby| {
+            sum += nearby.photon.power() * (nearby.density * weight);
+        });
     }
     sum
 }

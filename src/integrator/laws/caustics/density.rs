@@ -21,7 +21,7 @@ use crate::{
     },
     law::{Effort, Finding, Law},
     math::{Ray, Rgb},
-    photon::{EmittedPhotons, EstimateParameters, GatherPoint, Kernel, Map, PhotonMapKind},
+    photon::{EmittedPhotons, EstimateParameters, GatherPoint, Kernel, PhotonMap, PhotonMapKind},
     scene::Scene,
     stats::Moments,
 };
@@ -86,10 +86,10 @@ fn predicted(count: u32, lookup: &EstimateParameters) -> Prediction {
 
 /// Estimates of the irradiance at places around the light's foot, by each lookup.
 fn estimates(sites: &[GatherPoint], emitted: EmittedPhotons, lookups: &[EstimateParameters]) -> Vec<Vec<f64>> {
-    let map = Map::new(&emitted.positions, emitted.photons);
+    let map = PhotonMap::new(&emitted.positions, emitted.photons);
     let estimate = |point: &GatherPoint, lookup| {
         let mut sum = 0.0;
-        map.gather(point, lookup, |photon, density| sum += photon.power().y * density);
+        map.for_each_nearby(point, lookup, |nearby| sum += nearby.photon.power().y * nearby.density);
         sum
     };
     lookups.iter().map(|lookup| sites.iter().map(|point| estimate(point, lookup)).collect()).collect()

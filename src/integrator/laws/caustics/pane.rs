@@ -7,7 +7,7 @@ use glam::{DQuat, DVec2, DVec3};
 use super::theory::{density::Photons, pane::Pane};
 use crate::{
     integrator::{
-        EyeRay, IntegratorModel as _, Iteration,
+        CameraRay, SampleOutput,
         laws::{ALBEDO, CHANNELS, GLASS, Setup, ground},
     },
     law::{Effort, Finding, Law},
@@ -65,14 +65,11 @@ fn seen_through(effort: Effort) -> Vec<Finding> {
     let setup = setup();
     let mut found = [Moments::default(); EYES.len()];
     for replicate in 0..u64::from(effort.samples(40)) {
-        let mapper = setup
-            .integrator
-            .prepared(&setup.scene, &Iteration { seed: 51, replicate, sample: 0 })
-            .expect("there are photons to emit");
+        let mapper = setup.begin(51, replicate);
         for (i, (degrees, eye)) in EYES.into_iter().enumerate() {
             let mut numbers = PathSampler::Independent(Stream::at(&[52, replicate, i as u64]));
             let radiance = around(&Ray::new(eye, looking(degrees)), |ray| {
-                mapper.radiance(&setup.scene, &EyeRay::alone(*ray), &mut numbers, &mut [])
+                mapper.radiance(&CameraRay::alone(*ray), &mut numbers, &mut SampleOutput::new(&mut []))
             });
             found[i].push(radiance[i]);
         }

@@ -69,7 +69,7 @@ fn place(pixel: u32) -> DVec2 {
 }
 
 /// The irradiance that all pixels show in a pass.
-fn estimates(image: &Image<'_>, pass: u32) -> [f64; PLACES as usize] {
+fn estimates(image: &mut Image<'_>, pass: u32) -> [f64; PLACES as usize] {
     let to_irradiance = PI / ALBEDO;
     std::array::from_fn(|pixel| {
         let ray = Ray::new(place(pixel as u32).extend(0.1), -DVec3::Z);
@@ -166,7 +166,7 @@ fn passes(effort: Effort) -> Vec<Finding> {
                 let mut errors = [-expected.mean; PLACES as usize];
                 for pass in 0..n {
                     image.pass(pass);
-                    let found = estimates(&image, pass);
+                    let found = estimates(&mut image, pass);
                     errors.iter_mut().zip(found).for_each(|(error, found)| *error += found / f64::from(n));
                 }
                 mean_and_square(errors)

@@ -9,8 +9,9 @@ pub mod radius;
 
 use super::Setup;
 use crate::{
-    integrator::{EyeRay, Integrator, IntegratorModel as _, Iteration},
+    integrator::{CameraRay, Estimator, IntegratorModel as _, IntegratorState, Iteration, SampleOutput},
     math::{Ray, Rgb, rng::Stream},
+    photon::radius::PassCounts,
     sampler::PathSampler,
 };
 
@@ -37,37 +38,60 @@ fn sppm(params: &str) -> String {
     format!(r#"<integrator type="sppm">{params}</integrator>"#)
 }
 
-/// An image while it is made, pass by pass. It is one of many that are independent, by its number.
+/// An image while it is rendered, pass by pass. It is one of many independent ones, by its number.
 struct Image<'s> {
     setup: &'s Setup,
-    integrator: Integrator,
     seed: u64,
     number: u64,
+    state: IntegratorState,
+    estimator: Option<Box<dyn Estimator + 's>>,
+    /// What each pixel has found in the current pass.
+    found: Vec<PassCounts>,
 }
 
 impl<'s> Image<'s> {
     fn new(setup: &'s Setup, seed: u64, number: u64) -> Self {
-        Self { setup, integrator: setup.integrator.clone(), seed, number }
+        Self::resumed(setup, seed, number, IntegratorState::Empty)
     }
 
-    /// Sends out the photons of a pass.
+    /// An image that continues from the state that another one has reached.
+    fn resumed(setup: &'s Setup, seed: u64, number: u64, state: IntegratorState) -> Self {
+        let found = vec![PassCounts::default(); setup.scene.sensor.film.rendered().width as usize];
+        Self { setup, seed, number, state, estimator: None, found }
+    }
+
+    /// Emits the photons of a pass.
     fn pass(&mut self, sample: u32) {
+        self.state = self.next_state();
+        self.found.fill(PassCounts::default());
         let iteration = Iteration { seed: self.seed, replicate: self.number, sample };
-        self.integrator =
-            self.integrator.prepared(&self.setup.scene, &iteration).expect("there are photons to send out");
+        self.estimator = Some(self.setup.integrator.begin(&self.setup.scene, &iteration, &self.state));
     }
 
-    /// What a pixel sees in this pass; `which` tells passes apart.
-    fn radiance(&self, pixel: usize, ray: &Ray, which: u32) -> Rgb {
+    /// The radiance that a pixel shows in this pass; `which` tells passes apart.
+    fn radiance(&mut self, pixel: usize, ray: &Ray, which: u32) -> Rgb {
         let address = [self.seed, self.number, u64::from(which), pixel as u64, 1];
-        let mut numbers = PathSampler::Independent(Stream::at(&address));
-        self.integrator.radiance(&self.setup.scene, &EyeRay { ray: *ray, pixel }, &mut numbers, &mut [])
+        let mut sampler = PathSampler::Independent(Stream::at(&address));
+        let mut output = SampleOutput::new(&mut []);
+        let estimator = self.estimator.as_ref().expect("a pass has begun");
+        let radiance = estimator.radiance(&CameraRay { ray: *ray, pixel }, &mut sampler, &mut output);
+        if let Some(found) = self.found.get_mut(pixel) {
+            found.photons += output.photons.photons;
+            found.squared_distances += output.photons.squared_distances;
+        }
+        radiance
+    }
+
+    /// The state of the next pass.
+    fn next_state(&self) -> IntegratorState {
+        self.estimator.as_ref().map_or_else(|| self.state.clone(), |estimator| estimator.next_state(&self.found))
     }
 
     /// The squares of the radii of the next pass over those of the first, of all pixels; empty with a radius for each pass.
     fn squares(&self) -> Vec<f64> {
-        let state = self.integrator.state();
-        let pixels = self.setup.scene.sensor.film.rendered().width as usize;
-        state.chunks(state.len().div_ceil(pixels).max(1)).map(|of_pixel| of_pixel[0]).collect()
+        match self.next_state() {
+            IntegratorState::Empty => Vec::new(),
+            IntegratorState::PixelRadii(radii) => radii.iter().map(|radius| radius.squared).collect(),
+        }
     }
 }

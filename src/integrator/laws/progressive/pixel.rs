@@ -6,7 +6,6 @@ use glam::DVec3;
 
 use super::{Image, PER_PIXEL, Setup, sppm};
 use crate::{
-    integrator::IntegratorModel as _,
     law::{Effort, Finding, Law},
     math::Ray,
 };
@@ -65,9 +64,8 @@ fn finds(_: Effort) -> Vec<Finding> {
     let [mut fraction, mut error] = [0.0_f64; 2];
     for pass in 0..PASSES {
         if pass == PASSES / 2 {
-            let state = image.integrator.state();
-            image = Image::new(&setup, 71, 0);
-            image.integrator.restore_state(state);
+            let state = image.next_state();
+            image = Image::resumed(&setup, 71, 0, state);
         }
         image.pass(pass);
         for (pixel, (squared, kept)) in pixels.iter_mut().enumerate() {
