@@ -4,7 +4,6 @@ mod aov;
 mod depth;
 mod direct;
 mod eye_walk;
-pub mod laws;
 mod moment;
 mod path;
 mod photonmapper;

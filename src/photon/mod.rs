@@ -6,7 +6,6 @@ mod border;
 pub mod files;
 mod grid;
 mod kernel;
-pub mod laws;
 mod map;
 mod packed;
 pub mod radius;
