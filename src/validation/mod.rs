@@ -17,11 +17,11 @@ pub mod progressive;
 pub mod images;
 pub mod light_tracing;
 pub mod csg;
-mod lists;
 mod evidence;
 mod reference;
 mod equivalent;
 mod calibration;
+mod lists;
 mod verify;
 
 pub use evidence::{Evidence, EvidenceError, Images, Row, SceneEvidence};
