@@ -10,7 +10,7 @@ use crate::{
     law::{Effort, Finding, Law, worst},
     math::{Frame, Ray, rng::Stream, warp},
     scene_file::xml,
-    shape::{Hit, Line, Shape, ShapeModel as _, mesh},
+    shape::{Hit, Line, Shape, ShapeModel as _, SolidModel as _, mesh},
     stats::Moments,
 };
 
