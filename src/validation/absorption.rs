@@ -275,7 +275,7 @@ fn painted(name: &str, integrator: &str) -> Vec<Finding> {
     let d = to_bulb.length();
     let irradiance = RADIANCE * (-to_bulb.z / d.powi(3)) * rest(ABSORPTION, d);
     let expected = 0.5 * ALBEDO * FRAC_1_PI * irradiance * rest(ABSORPTION, (p - origin).length());
-    let found = setup.once(origin, p - origin, &[30]);
+    let found = setup.once(origin, p - origin, 30);
     // Connections end short of their light by some 1e-9 of the way.
     let bound = |i: usize| 1e-8 * expected[i];
     let subject = |i: usize| format!("{name}, a connection within, {}", CHANNELS[i]);

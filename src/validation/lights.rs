@@ -130,7 +130,7 @@ fn polygon_light(effort: Effort) -> Vec<Finding> {
         let (origin, direction) = towards(above, DVec3::NEG_Z);
         let lit: f64 = setup.many(origin, direction, 1000, 32).iter().map(|m| m.mean).sum();
         findings.push(Finding::error(format!("above, by {way}"), lit, 0.0));
-        let back = setup.once(DVec3::new(0.2, 0.3, 2.5), DVec3::NEG_Z, &[33]).max_element();
+        let back = setup.once(DVec3::new(0.2, 0.3, 2.5), DVec3::NEG_Z, 33).max_element();
         findings.push(Finding::error(format!("its back, by {way}"), back, 0.0));
         findings.extend(setup.compare(
             &format!("its front, by {way}"),

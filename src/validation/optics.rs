@@ -8,8 +8,9 @@ use crate::{
     bsdf::BsdfModel as _,
     law::{Effort, Finding, Law, worst},
     math::Ray,
+    scene::Scene,
     transport::ShadingPoint,
-    validation::setup::{GLASS, Setup, path, triple},
+    validation::setup::{self, GLASS, triple},
 };
 
 /// These laws.
@@ -40,11 +41,11 @@ pub const LAWS: &[Law] = &[
 
 /// A ray after so many surfaces, each of which refracts it, or reflects it if it does not transmit, and the length of
 /// its way to the last.
-fn traced(setup: &Setup, mut ray: Ray, surfaces: usize) -> Option<(Ray, f64)> {
+fn traced(scene: &Scene, mut ray: Ray, surfaces: usize) -> Option<(Ray, f64)> {
     let mut length = 0.0;
     for _ in 0..surfaces {
-        let si = setup.scene.intersect(&ray)?;
-        let shading_point = ShadingPoint::new(&setup.scene, si);
+        let si = scene.intersect(&ray)?;
+        let shading_point = ShadingPoint::new(scene, si);
         // The greatest number chooses what is refracted.
         let sample = shading_point.bsdf.sample(&shading_point.query, 1.0 - 1e-16, glam::DVec2::splat(0.5))?;
         length += si.t * ray.direction.length();
@@ -78,7 +79,7 @@ fn ball_lens(_: Effort) -> Vec<Finding> {
         r#"<transform name="to_world"><scale value="{radius}"/><translate value="{}"/></transform>"#,
         triple(centre)
     );
-    let setup = Setup::new(&path(-1, 5), &format!(r#"<shape type="sphere">{to_world}{GLASS}</shape>"#));
+    let scene = setup::scene(&format!(r#"<shape type="sphere">{to_world}{GLASS}</shape>"#));
     let mut findings = Vec::new();
     for (h, aberration) in TABLE {
         let delta = 2.0 * (h.asin() - (h / 1.5).asin());
@@ -86,7 +87,7 @@ fn ball_lens(_: Effort) -> Vec<Finding> {
         findings.push(Finding::value(format!("h = {h}, the closed form"), 1.5 - expected, aberration, 1e-8));
         let start = parallel(h);
         let ray = Ray::new(centre + radius * start.origin, start.direction);
-        let found = traced(&setup, ray, 2).map_or(f64::NAN, |(ray, _)| {
+        let found = traced(&scene, ray, 2).map_or(f64::NAN, |(ray, _)| {
             let local = Ray::new((ray.origin - centre) / radius, ray.direction);
             axis_crossing(&local)
         });
@@ -104,9 +105,9 @@ fn ball(z: f64) -> String {
     format!(r#"<shape type="sphere"><point name="center" x="0" y="0" z="{z}"/></shape>"#)
 }
 
-fn lens(one: &str, other: &str) -> Setup {
+fn lens(one: &str, other: &str) -> Scene {
     let operation = r#"<string name="operation" value="intersection"/>"#;
-    Setup::new(&path(-1, 5), &format!(r#"<shape type="csg">{operation}{one}{other}{GLASS}</shape>"#))
+    setup::scene(&format!(r#"<shape type="csg">{operation}{one}{other}{GLASS}</shape>"#))
 }
 
 /// Where a ray that falls towards the axis at an angle and would cross it at `z` crosses it once it has left a sphere of
@@ -138,8 +139,8 @@ fn behind_first(h: f64, centre: f64) -> (f64, f64) {
 fn lenses(_: Effort) -> Vec<Finding> {
     let turned = r#"<rotate x="1" angle="180"/>"#;
     let mut findings = Vec::new();
-    let mut check = |name: &str, setup: &Setup, si: f64, h: f64, (expected, table): (f64, f64)| {
-        let found = traced(setup, parallel(h), 2).map_or(f64::NAN, |(ray, _)| axis_crossing(&ray) - si);
+    let mut check = |name: &str, scene: &Scene, si: f64, h: f64, (expected, table): (f64, f64)| {
+        let found = traced(scene, parallel(h), 2).map_or(f64::NAN, |(ray, _)| axis_crossing(&ray) - si);
         findings.push(Finding::value(format!("{name}, h = {h}, the closed form"), expected - si, table, 1e-8));
         findings.push(Finding::value(format!("{name}, h = {h}"), found, expected - si, 1e-9));
     };
@@ -216,19 +217,19 @@ fn mirrors(_: Effort) -> Vec<Finding> {
     let egg_quadric = quadric(&coefficients(inverse_squares, DVec3::ZERO, -1.0, &map));
     worst(1e-12, |note| {
         for (name, scene) in [("paraboloid", &bowl), ("paraboloid as a quadric", &bowl_quadric)] {
-            let setup = Setup::new(&path(-1, 5), scene);
+            let scene = setup::scene(scene);
             for (x, y) in [(0.1, 0.0), (0.5, -0.7), (-1.1, 0.4), (0.0, 1.5)] {
                 let ray = Ray::new(DVec3::new(x, y, 3.0), -DVec3::Z).transformed(&map);
-                let found = traced(&setup, ray, 1)
+                let found = traced(&scene, ray, 1)
                     .map_or(f64::NAN, |(ray, _)| miss(&ray, map.transform_point3(f * DVec3::Z)) / f);
                 note(name, found);
             }
         }
         for (name, scene) in [("ellipsoid", &egg), ("ellipsoid as a quadric", &egg_quadric)] {
-            let setup = Setup::new(&path(-1, 5), scene);
+            let scene = setup::scene(scene);
             let (from, to) = (map.transform_point3(-focus), map.transform_point3(focus));
             for direction in [DVec3::new(0.3, 1.0, 0.2), DVec3::new(-1.0, 0.4, 0.1), DVec3::new(0.2, -0.3, 2.0)] {
-                let found = traced(&setup, Ray::new(from, direction.normalize()), 1);
+                let found = traced(&scene, Ray::new(from, direction.normalize()), 1);
                 note(name, found.map_or(f64::NAN, |(ray, _)| miss(&ray, to) / a));
                 let length = found.map_or(f64::NAN, |(ray, length)| length + ray.origin.distance(to));
                 note(&format!("{name}, length of the way"), (length / (2.0 * a) - 1.0).abs());

@@ -8,57 +8,99 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::{
-    integrator::{EyeRay, Integrator, IntegratorModel as _, Overrides},
+    film::splats,
+    integrator::Overrides,
     law::Finding,
-    math::{Ray, Rgb, rng::Stream},
-    sampler::PathSampler,
+    math::Rgb,
+    render::{Renderer, Replicate},
     scene::Scene,
-    scene_file::xml,
+    scene_file::{Document, xml},
     stats::Moments,
 };
 
-/// A scene with an integrator.
+/// A camera whose samples all lie in the centres of their pixels, but for a millionth of a millionth of a pixel.
+pub(super) struct PixelCentres {
+    /// Where rays start, at a distance of [`PixelCentres::NEAR`] or more.
+    pub(super) eye: DVec3,
+    pub(super) target: DVec3,
+    /// Degrees across the width.
+    pub(super) fov: f64,
+    pub(super) columns: u32,
+    pub(super) rows: u32,
+}
+
+impl PixelCentres {
+    /// How far before the eye rays start, along the axis of view.
+    pub(super) const NEAR: f64 = 0.001;
+
+    pub(super) fn xml(&self) -> String {
+        let Self { eye, target, fov, columns, rows } = self;
+        let is_steep = (*target - *eye).normalize().z.abs() > 0.99;
+        let up = triple(if is_steep { DVec3::X } else { DVec3::Z });
+        let (eye, target) = (triple(*eye), triple(*target));
+        format!(
+            r#"<sensor type="perspective"><float name="fov" value="{fov}"/><float name="near_clip" value="{}"/>
+               <transform name="to_world"><lookat origin="{eye}" target="{target}" up="{up}"/></transform>
+               <film type="hdrfilm"><integer name="width" value="{columns}"/><integer name="height" value="{rows}"/>
+               <rfilter type="gaussian"><float name="stddev" value="1e-12"/></rfilter></film></sensor>"#,
+            Self::NEAR
+        )
+    }
+}
+
+fn parsed(parts: &[&str]) -> Document {
+    let text = format!(r#"<scene version="3.0.0">{}</scene>"#, parts.concat());
+    xml::parse(&text, "law", Path::new(""), &[]).expect("the scene is valid XML")
+}
+
+/// A renderer of these parts.
+pub(super) fn renderer(integrator: &str, sensor: &str, scene: &str) -> Renderer {
+    Renderer::new(&parsed(&[integrator, sensor, scene]), &Overrides::default()).expect("the scene is valid")
+}
+
+/// A scene that nobody renders.
+pub(super) fn scene(parts: &str) -> Scene {
+    let sensor = r#"<sensor type="perspective"/>"#;
+    Scene::build(&parsed(&[sensor, parts])).expect("the scene is valid")
+}
+
+/// A scene with an integrator, seen along single rays, by a camera of one pixel for each.
 pub(super) struct Setup {
-    pub(super) scene: Scene,
-    pub(super) integrator: Integrator,
+    integrator: String,
+    scene: String,
 }
 
 impl Setup {
     pub(super) fn new(integrator: &str, scene: &str) -> Self {
-        Self::with_film(integrator, "", scene)
+        Self { integrator: integrator.to_owned(), scene: scene.to_owned() }
     }
 
-    /// With a row of so many pixels, each with what an integrator remembers of it.
-    pub(super) fn of_pixels(integrator: &str, pixels: u32, scene: &str) -> Self {
-        let size = format!(r#"<integer name="width" value="{pixels}"/><integer name="height" value="1"/>"#);
-        Self::with_film(integrator, &size, scene)
-    }
-
-    pub(super) fn with_film(integrator: &str, film: &str, scene: &str) -> Self {
-        let sensor = format!(r#"<sensor type="perspective"><film type="hdrfilm">{film}</film></sensor>"#);
-        let text = format!(r#"<scene version="3.0.0">{integrator}{sensor}{scene}</scene>"#);
-        let document = xml::parse(&text, "law", Path::new(""), &[]).expect("the scene is valid XML");
-        let scene = Scene::build(&document).expect("the scene is valid");
-        Self {
-            scene,
-            integrator: Integrator::of_scene(&document, &Overrides::default()).expect("the integrator is valid"),
+    /// The estimates of a replicate of the radiance that comes from a point against a direction.
+    fn samples(&self, (origin, direction): (DVec3, DVec3), replicate: Replicate, mut visit: impl FnMut(Rgb)) {
+        let direction = direction.normalize();
+        let eye = origin - PixelCentres::NEAR * direction;
+        let sensor = PixelCentres { eye, target: eye + direction, fov: 1.0, columns: 1, rows: 1 };
+        let renderer = renderer(&self.integrator, &sensor.xml(), &self.scene);
+        let mut rendering = renderer.begin(replicate);
+        let mut values = vec![0.0; rendering.film().stride()];
+        for i in 0..replicate.samples {
+            visit(rendering.sample((0, 0), i, &mut values, &mut splats::Path::default()));
         }
     }
 
     /// One estimate of the radiance that comes from a point against a direction.
-    pub(super) fn once(&self, origin: DVec3, direction: DVec3, address: &[u64]) -> Rgb {
-        let mut sampler = PathSampler::Independent(Stream::at(address));
-        let eye = EyeRay::alone(Ray::new(origin, direction.normalize()));
-        self.integrator.radiance(&self.scene, &eye, &mut sampler, &mut [])
+    pub(super) fn once(&self, origin: DVec3, direction: DVec3, seed: u64) -> Rgb {
+        let mut found = Rgb::ZERO;
+        self.samples((origin, direction), Replicate { seed, number: 0, samples: 1 }, |radiance| found = radiance);
+        found
     }
 
     /// Many of them, by channel.
     pub(super) fn many(&self, origin: DVec3, direction: DVec3, samples: u32, seed: u64) -> [Moments; 3] {
         let mut moments = [Moments::default(); 3];
-        for i in 0..samples {
-            let radiance = self.once(origin, direction, &[seed, u64::from(i)]);
+        self.samples((origin, direction), Replicate { seed, number: 0, samples }, |radiance| {
             moments.iter_mut().zip(radiance.to_array()).for_each(|(moments, x)| moments.push(x));
-        }
+        });
         moments
     }
 
@@ -76,7 +118,7 @@ impl Setup {
 
     /// Compares the radiance of each channel where it has no variance, relative to the expectation.
     pub(super) fn compare(&self, subject: &str, (origin, direction): (DVec3, DVec3), expected: Rgb) -> Vec<Finding> {
-        let found = self.once(origin, direction, &[30]);
+        let found = self.once(origin, direction, 30);
         let bound = |i: usize| 1e-9 * expected[i];
         (0..3).map(|i| Finding::value(format!("{subject}, {}", CHANNELS[i]), found[i], expected[i], bound(i))).collect()
     }

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use super::{Lots, column, scene};
+use super::{Lots, column};
 use crate::{
     law::{Effort, Finding, Law},
     math::{Ray, Rgb, rng::Stream},
@@ -13,7 +13,7 @@ use crate::{
     stats::Estimate,
     transport::PathClass,
     validation::{
-        setup::{CHANNELS, GLASS, diffuse, triple},
+        setup::{CHANNELS, GLASS, diffuse, scene, triple},
         theory::ball::{BallLens, Light},
     },
 };

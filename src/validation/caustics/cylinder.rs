@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec2;
 
-use super::{Lots, column, scene};
+use super::{Lots, column};
 use crate::{
     law::{Effort, Finding, Law},
     math::Rgb,
@@ -13,7 +13,7 @@ use crate::{
     stats::Estimate,
     transport::PathClass,
     validation::{
-        setup::{CHANNELS, ground, triple},
+        setup::{CHANNELS, ground, scene, triple},
         theory::{
             cylinder::{HalfCylinder, Light},
             numeric::bisect,

@@ -7,7 +7,7 @@ use std::{
 
 use glam::{DVec2, DVec3};
 
-use super::{Lots, column, scene};
+use super::{Lots, column};
 use crate::{
     law::{Effort, Finding, Law},
     math::{Ray, Rgb},
@@ -15,7 +15,7 @@ use crate::{
     scene::Scene,
     stats::Moments,
     validation::{
-        setup::ground,
+        setup::{ground, scene},
         slope::{Point, slope},
         theory::{
             density::{self, Photons, Prediction, point_light},

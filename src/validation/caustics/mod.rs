@@ -11,13 +11,7 @@ use crate::{
     scene::Scene,
     stats::Moments,
     transport::PathLimits,
-    validation::setup::{Setup, path},
 };
-
-/// A scene that is only followed, not seen.
-fn scene(parts: &str) -> Scene {
-    Setup::new(&path(-1, 5), parts).scene
-}
 
 /// Independent lots of photons.
 #[derive(Clone, Copy)]

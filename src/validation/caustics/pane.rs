@@ -1,18 +1,17 @@
 //! A floor that is lit and seen through a pane of glass.
 
-use std::f64::consts::{FRAC_1_PI, PI, TAU};
+use std::f64::consts::{FRAC_1_PI, PI};
 
-use glam::{DQuat, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 
 use crate::{
-    integrator::{EyeRay, IntegratorModel as _, Iteration},
     law::{Effort, Finding, Law},
-    math::{Ray, Rgb, rng::Stream},
+    math::Rgb,
     photon::Kernel,
-    sampler::PathSampler,
+    render::{Renderer, Replicate},
     stats::{Estimate, Moments},
     validation::{
-        setup::{ALBEDO, CHANNELS, GLASS, Setup, ground},
+        setup::{ALBEDO, CHANNELS, GLASS, PixelCentres, ground, renderer},
         theory::{density::Photons, pane::Pane},
     },
 };
@@ -42,71 +41,77 @@ pub(crate) fn scene() -> String {
     light + &pane + &ground(ALBEDO)
 }
 
-/// Degrees to the vertical, and where the eye is.
-pub(in crate::validation) const EYES: [(f64, DVec3); 3] =
-    [(20.0, DVec3::new(0.2, -0.5, 2.6)), (45.0, DVec3::new(-1.4, 0.3, 2.6)), (60.0, DVec3::new(-3.2, -0.4, 2.6))];
+/// The squares of the distances of rings of pixels from the middle of the film, in halves of a pixel. What a ring shows is
+/// the same in all of its pixels, because the eye is on the axis of the light.
+pub(in crate::validation) const RINGS: [f64; 3] = [1.0 + 1.0, 1.0 + 9.0, 1.0 + 49.0];
+/// Of the film.
+const EDGE: u32 = 8;
+/// Between the pane and the light.
+const EYE: DVec3 = DVec3::new(0.0, 0.0, 1.4);
+/// The tangent of half the field of view.
+const HALF_WIDTH: f64 = 2.0;
+
+/// A camera that looks down.
+pub(in crate::validation) fn camera() -> String {
+    let fov = 2.0 * HALF_WIDTH.atan().to_degrees();
+    PixelCentres { eye: EYE, target: DVec3::ZERO, fov, columns: EDGE, rows: EDGE }.xml()
+}
+
+/// The ray from the eye through a ring: where it starts, in which direction, and its degrees to the vertical.
+pub(in crate::validation) fn ray(ring: usize) -> (DVec3, DVec3, f64) {
+    let tangent = HALF_WIDTH * RINGS[ring].sqrt() / f64::from(EDGE);
+    (EYE, DVec3::new(0.96 * tangent, 0.28 * tangent, -1.0).normalize(), tangent.atan().to_degrees())
+}
+
+/// What the pixels of the rings show in the mean, each ring in a channel of its own.
+pub(in crate::validation) fn ring_means(shown: &[Rgb]) -> [f64; RINGS.len()] {
+    let across = |i: usize| 2.0 * i as f64 + 1.0 - f64::from(EDGE);
+    let distance = |pixel: usize| DVec2::new(across(pixel % EDGE as usize), across(pixel / EDGE as usize));
+    std::array::from_fn(|ring| {
+        let is_on_ring = |pixel: &usize| distance(*pixel).length_squared() == RINGS[ring];
+        let (count, sum) = (0..shown.len())
+            .filter(is_on_ring)
+            .fold((0.0, 0.0), |(count, sum), pixel| (count + 1.0, sum + shown[pixel][ring]));
+        sum / count
+    })
+}
 
 /// How far photons count, and how.
 const LOOKUP: (f64, Kernel) = (0.2, Kernel::Epanechnikov);
 const PHOTONS: u32 = 100_000;
 
 /// Paths of six segments are those without reflections.
-fn setup() -> Setup {
+fn mapper() -> Renderer {
     let integrator = format!(
         r#"<integrator type="photonmapper"><integer name="max_depth" value="6"/><integer name="global_photons" value="1"/>
            <integer name="caustic_photons" value="{PHOTONS}"/><integer name="lookup_size" value="0"/>
            <float name="caustic_lookup_radius" value="{}"/><string name="kernel" value="epanechnikov"/></integrator>"#,
         LOOKUP.0
     );
-    Setup::new(&integrator, &scene())
+    renderer(&integrator, &camera(), &scene())
 }
 
 fn seen_through(effort: Effort) -> Vec<Finding> {
-    let setup = setup();
-    let mut found = [Moments::default(); EYES.len()];
-    for replicate in 0..u64::from(effort.samples(40)) {
-        let mapper = setup
-            .integrator
-            .prepared(&setup.scene, &Iteration { seed: 51, replicate, sample: 0 })
-            .expect("there are photons to emit");
-        for (i, (degrees, eye)) in EYES.into_iter().enumerate() {
-            let mut numbers = PathSampler::Independent(Stream::at(&[52, replicate, i as u64]));
-            let radiance = around(&Ray::new(eye, looking(degrees)), |ray| {
-                mapper.radiance(&setup.scene, &EyeRay::alone(*ray), &mut numbers, &mut [])
-            });
-            found[i].push(radiance[i]);
-        }
+    const SAMPLES: u32 = 48;
+    let renderer = mapper();
+    let mut found = [Moments::default(); RINGS.len()];
+    for number in 0..u64::from(effort.samples(40)) {
+        let film = renderer.render(Replicate { seed: 51, number, samples: SAMPLES }, &|_| {});
+        let shown: Vec<_> = film.means().into_iter().map(Rgb::from_array).collect();
+        found.iter_mut().zip(ring_means(&shown)).for_each(|(moments, mean)| moments.push(mean));
     }
     let mut findings = Vec::new();
-    for (channel, ((degrees, eye), moments)) in EYES.into_iter().zip(found).enumerate() {
-        let subject = format!("{degrees}°, {}", CHANNELS[channel]);
-        let scale = ALBEDO[channel] * INTENSITY[channel];
-        let blurred = scale * blurred_radiance(eye, looking(degrees));
-        findings.push(Finding::mean(format!("{subject}, blurred"), &moments, blurred));
-        let exact = Estimate::exact(scale * PANE.radiance(eye, looking(degrees), 1.0, 0));
-        let estimate = Estimate::from_moments(&moments).expect("there are two passes or more");
+    for (i, moments) in found.iter().enumerate() {
+        let (eye, direction, degrees) = ray(i);
+        let subject = format!("{degrees:.0}°, {}", CHANNELS[i]);
+        let scale = ALBEDO[i] * INTENSITY[i];
+        let blurred = scale * blurred_radiance(eye, direction);
+        findings.push(Finding::mean(format!("{subject}, blurred"), moments, blurred));
+        let exact = Estimate::exact(scale * PANE.radiance(eye, direction, 1.0, 0));
+        let estimate = Estimate::from_moments(moments).expect("there are two replicates or more");
         findings.push(Finding::equivalent(subject, &estimate, &exact, 0.02));
     }
     findings
-}
-
-/// A direction at an angle to the vertical.
-pub(in crate::validation) fn looking(degrees: f64) -> DVec3 {
-    let (sin, cos) = degrees.to_radians().sin_cos();
-    DVec3::new(0.96 * sin, 0.28 * sin, -cos)
-}
-
-/// The mean radiance along rays that see the same, all around the light's axis, many times.
-fn around(ray: &Ray, mut radiance: impl FnMut(&Ray) -> Rgb) -> Rgb {
-    const PLACES: u32 = 24;
-    const TIMES: u32 = 32;
-    let mut sum = Rgb::ZERO;
-    for place in 0..PLACES {
-        let turn = DQuat::from_rotation_z(TAU * f64::from(place) / f64::from(PLACES));
-        let turned = Ray::new(turn * ray.origin, turn * ray.direction);
-        sum += (0..TIMES).map(|_| radiance(&turned)).sum::<Rgb>();
-    }
-    sum / f64::from(PLACES * TIMES)
 }
 
 /// What the kernel makes of the floor's radiance where a ray meets it, for an albedo of 1.

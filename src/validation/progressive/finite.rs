@@ -1,6 +1,6 @@
 //! The bias and the variance of the mean of N passes.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -8,11 +8,12 @@ use rayon::prelude::*;
 use super::{ERROR_DRIVEN, Image, PER_PASS, PER_PIXEL, sppm, squares_of_passes};
 use crate::{
     law::{Effort, Finding, Law},
-    math::{Ray, Rgb},
+    math::Rgb,
     photon::Kernel,
+    render::Renderer,
     stats::{Estimate, Moments},
     validation::{
-        setup::{Setup, ground},
+        setup::{PixelCentres, ground, renderer},
         slope::{Point, slope},
         theory::density::{Photons, Prediction, point_light},
     },
@@ -42,7 +43,9 @@ const HEIGHT: f64 = 0.5;
 /// From the place below the light.
 const DISTANCE: f64 = 0.25;
 /// Places with the same irradiance, each a pixel.
-const PLACES: u32 = 8;
+const PLACES: usize = 8;
+/// Of the film.
+const EDGE: u32 = 4;
 /// Of the first pass.
 const RADIUS: f64 = 0.4;
 const ALBEDO: f64 = 0.6;
@@ -53,7 +56,8 @@ const CASES: [(f64, &str, Kernel); 3] = [
 ];
 const PASSES: [u32; 3] = [4, 16, 64];
 
-fn setup(alpha: f64, kernel: &str, schedule: &str, photons: u32) -> Setup {
+/// A camera above the place below the light, which looks down.
+fn scene(alpha: f64, kernel: &str, schedule: &str, photons: u32) -> Renderer {
     let integrator = sppm(&format!(
         "integer photon_count={photons}, float initial_radius={RADIUS}, float alpha={alpha}, string direct=map, integer \
          max_depth=2, string kernel={kernel}, string radius_schedule={schedule}"
@@ -61,25 +65,37 @@ fn setup(alpha: f64, kernel: &str, schedule: &str, photons: u32) -> Setup {
     let light = format!(
         r#"<emitter type="point"><point name="position" x="0" y="0" z="{HEIGHT}"/><rgb name="intensity" value="{INTENSITY}"/></emitter>"#
     );
-    Setup::of_pixels(&integrator, PLACES, &(light + &ground(Rgb::splat(ALBEDO))))
+    let eye = 0.3 * DVec3::Z;
+    let half_width = DISTANCE * f64::from(EDGE) / RING.sqrt();
+    let fov = 2.0 * (half_width / eye.z).atan().to_degrees();
+    let camera = PixelCentres { eye, target: DVec3::ZERO, fov, columns: EDGE, rows: EDGE };
+    renderer(&integrator, &camera.xml(), &(light + &ground(Rgb::splat(ALBEDO))))
 }
 
-fn place(pixel: u32) -> DVec2 {
-    DISTANCE * DVec2::from_angle(TAU * f64::from(pixel) / f64::from(PLACES))
+/// The square of the distance of the places from the middle of the film, in halves of a pixel.
+const RING: f64 = 1.0 + 9.0;
+
+/// One of the places.
+const PLACE: DVec2 = DVec2::new(DISTANCE, 0.0);
+
+/// The pixels that show the places.
+fn ring() -> [usize; PLACES] {
+    let edge = EDGE as usize;
+    let across = |i: usize| 2.0 * i as f64 + 1.0 - f64::from(EDGE);
+    let is_on_ring = |pixel: &usize| DVec2::new(across(pixel % edge), across(pixel / edge)).length_squared() == RING;
+    let mut pixels = (0..edge * edge).filter(is_on_ring);
+    std::array::from_fn(|_| pixels.next().expect("the ring has eight pixels"))
 }
 
-/// The irradiance that all pixels show in a pass.
-fn estimates(image: &Image<'_>, pass: u32) -> [f64; PLACES as usize] {
-    let to_irradiance = PI / ALBEDO;
-    std::array::from_fn(|pixel| {
-        let ray = Ray::new(place(pixel as u32).extend(0.1), -DVec3::Z);
-        to_irradiance * image.radiance(pixel, &ray, pass).y
-    })
+/// The irradiance that the places show in the next pass.
+fn estimates(image: &mut Image<'_>) -> [f64; PLACES] {
+    let shown = image.pass();
+    ring().map(|pixel| PI / ALBEDO * shown[pixel].y)
 }
 
 /// The irradiance at the places.
 fn truth() -> f64 {
-    point_light(INTENSITY, HEIGHT)(place(0))
+    point_light(INTENSITY, HEIGHT)(PLACE)
 }
 
 /// What an estimate with a radius has for moments, for any square of the radius up to that of the first pass.
@@ -98,7 +114,7 @@ impl Blur {
         let node = |i: u32| {
             let squared = 0.5 - 0.5 * (PI * (f64::from(i) + 0.5) / f64::from(Self::NODES)).cos();
             let floor = Photons { irradiance: point_light(INTENSITY, HEIGHT), power: Self::POWER, count: photons };
-            let found = floor.within(kernel, place(0), RADIUS * squared.sqrt());
+            let found = floor.within(kernel, PLACE, RADIUS * squared.sqrt());
             let square = f64::from(photons) * found.variance + found.mean * found.mean;
             (squared, [found.mean, squared * square])
         };
@@ -155,18 +171,17 @@ fn passes(effort: Effort) -> Vec<Finding> {
     const PHOTONS: u32 = 500;
     let mut findings = Vec::new();
     for (case, (alpha, kernel_name, kernel)) in CASES.into_iter().enumerate() {
-        let setup = setup(alpha, kernel_name, PER_PASS, PHOTONS);
+        let renderer = scene(alpha, kernel_name, PER_PASS, PHOTONS);
         let blur = Blur::new(kernel, PHOTONS);
         let name = format!("α = {alpha:.3}");
         let mut points = Points::default();
         for n in PASSES {
             let expected = blur.over(squares_of_passes(alpha).take(n as usize));
             let image = |number: u32| {
-                let mut image = Image::new(&setup, 72 + 10 * case as u64 + u64::from(n), u64::from(number));
-                let mut errors = [-expected.mean; PLACES as usize];
-                for pass in 0..n {
-                    image.pass(pass);
-                    let found = estimates(&image, pass);
+                let mut image = Image::new(&renderer, n, 72 + 10 * case as u64 + u64::from(n), u64::from(number));
+                let mut errors = [-expected.mean; PLACES];
+                for _ in 0..n {
+                    let found = estimates(&mut image);
                     errors.iter_mut().zip(found).for_each(|(error, found)| *error += found / f64::from(n));
                 }
                 mean_and_square(errors)
@@ -185,8 +200,8 @@ fn passes(effort: Effort) -> Vec<Finding> {
 }
 
 /// The mean over places of errors, and of their squares.
-fn mean_and_square(errors: [f64; PLACES as usize]) -> [f64; 2] {
-    [1, 2].map(|n| errors.iter().map(|error| error.powi(n)).sum::<f64>() / f64::from(PLACES))
+fn mean_and_square(errors: [f64; PLACES]) -> [f64; 2] {
+    [1, 2].map(|n| errors.iter().map(|error| error.powi(n)).sum::<f64>() / PLACES as f64)
 }
 
 /// What an image of passes with a radius for each pixel has: the mean over places of the errors, of their squares, and of
@@ -229,7 +244,7 @@ fn pixels(effort: Effort) -> Vec<Finding> {
     const PHOTONS: u32 = 4000;
     let mut findings = Vec::new();
     for (case, (alpha, kernel_name, kernel)) in CASES.into_iter().enumerate() {
-        let setup = setup(alpha, kernel_name, PER_PIXEL, PHOTONS);
+        let renderer = scene(alpha, kernel_name, PER_PIXEL, PHOTONS);
         let (blur, constant) = (Blur::new(kernel, PHOTONS), Blur::new(Kernel::Constant, PHOTONS));
         let name = format!("α = {alpha:.3}");
         let mut points = Points::default();
@@ -237,7 +252,7 @@ fn pixels(effort: Effort) -> Vec<Finding> {
             let expected_squares = expected_squares(&constant, alpha, n);
             let expected = blur.over(expected_squares[..n as usize].iter().copied());
             let seed = 172 + 10 * case as u64 + u64::from(n);
-            let image = |number: u32| of_pixels(&mut Image::new(&setup, seed, u64::from(number)), &blur, n);
+            let image = |number: u32| of_pixels(&mut Image::new(&renderer, n, seed, u64::from(number)), &blur);
             let found: Vec<_> = (0..effort.samples(1024 / n)).into_par_iter().map(image).collect();
             let given = Given::of(&found);
             findings.push(given.bias(&format!("{name}, {n} passes")));
@@ -258,9 +273,9 @@ fn pixels(effort: Effort) -> Vec<Finding> {
 fn error_driven(effort: Effort) -> [Finding; 3] {
     const PHOTONS: u32 = 4000;
     const PASSES: u32 = 16;
-    let setup = setup(0.7, "epanechnikov", ERROR_DRIVEN, PHOTONS);
+    let renderer = scene(0.7, "epanechnikov", ERROR_DRIVEN, PHOTONS);
     let blur = Blur::new(Kernel::Epanechnikov, PHOTONS);
-    let image = |number: u32| of_pixels(&mut Image::new(&setup, 271, u64::from(number)), &blur, PASSES);
+    let image = |number: u32| of_pixels(&mut Image::new(&renderer, PASSES, 271, u64::from(number)), &blur);
     let found: Vec<_> = (0..effort.samples(64)).into_par_iter().map(image).collect();
     let given = Given::of(&found);
     let name = format!("by its error, {PASSES} passes");
@@ -273,22 +288,23 @@ fn error_driven(effort: Effort) -> [Finding; 3] {
     ]
 }
 
-fn of_pixels(image: &mut Image<'_>, blur: &Blur, passes: u32) -> OfPixels {
-    let mut squares = vec![1.0; PLACES as usize];
-    let mut errors = [0.0; PLACES as usize];
+fn of_pixels(image: &mut Image<'_>, blur: &Blur) -> OfPixels {
+    let passes = image.replicate.samples;
+    let mut squares = [1.0; PLACES];
+    let mut errors = [0.0; PLACES];
     let (mut mean, mut variance, share) = (0.0, 0.0, f64::from(passes).recip());
-    for pass in 0..passes {
-        image.pass(pass);
-        for ((error, found), squared) in errors.iter_mut().zip(estimates(image, pass)).zip(&squares) {
+    for _ in 0..passes {
+        for ((error, found), squared) in errors.iter_mut().zip(estimates(image)).zip(&squares) {
             let expected = blur.at(*squared);
             *error += share * (found - expected.mean);
-            mean += share * expected.mean / f64::from(PLACES);
-            variance += share * share * expected.variance / f64::from(PLACES);
+            mean += share * expected.mean / PLACES as f64;
+            variance += share * share * expected.variance / PLACES as f64;
         }
-        squares = image.squares();
+        let all = image.squares();
+        squares = ring().map(|pixel| all[pixel]);
     }
     let [error, square] = mean_and_square(errors);
-    [error, square, mean - truth(), variance, squares.iter().sum::<f64>() / f64::from(PLACES)]
+    [error, square, mean - truth(), variance, squares.iter().sum::<f64>() / PLACES as f64]
 }
 
 /// The squares of the radii over the first, before each pass and after the last, if each pass finds as many photons as are

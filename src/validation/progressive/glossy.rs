@@ -5,9 +5,10 @@ use glam::DVec3;
 use super::{Image, PER_PASS, sppm};
 use crate::{
     law::{Effort, Finding, Law},
-    math::{Ray, Rgb},
+    math::Rgb,
+    render::Renderer,
     stats::Moments,
-    validation::setup::{CHANNELS, RADIANCE, Setup, area},
+    validation::setup::{CHANNELS, PixelCentres, RADIANCE, area, renderer},
 };
 
 /// This law.
@@ -26,7 +27,8 @@ const DISTANCE: f64 = 2.5;
 /// Cosines of the cones that it fills.
 const COSINES: [f64; 3] = [0.995, 0.98, 0.95];
 
-fn setup(direct: &str, cos: f64) -> Setup {
+/// A camera all of whose pixels see the same.
+fn scene(direct: &str, cos: f64, pixels: u32) -> Renderer {
     let integrator = sppm(&format!(
         "integer photon_count=100, float initial_radius=0.1, string direct={direct}, integer max_depth=2, string \
          radius_schedule={PER_PASS}"
@@ -40,9 +42,12 @@ fn setup(direct: &str, cos: f64) -> Setup {
            <shape type="sphere"><point name="center" x="{x}" y="{y}" z="{z}"/><float name="radius" value="{radius}"/>{}</shape>"#,
         area(RADIANCE)
     );
-    Setup::of_pixels(&integrator, 1, &scene)
+    let rows = pixels / COLUMNS;
+    let camera = PixelCentres { eye: 0.1 * DIRECTION, target: DVec3::ZERO, fov: 1e-6, columns: COLUMNS, rows };
+    renderer(&integrator, &camera.xml(), &scene)
 }
 
+const COLUMNS: u32 = 100;
 /// To the eye; of length 1.
 const DIRECTION: DVec3 = DVec3::new(0.48, -0.36, 0.8);
 
@@ -51,15 +56,8 @@ fn shine(effort: Effort) -> Vec<Finding> {
     let mut findings = Vec::new();
     for direct in ["traced", "map"] {
         for cos in COSINES {
-            let setup = setup(direct, cos);
-            let mut image = Image::new(&setup, 76, 0);
-            image.pass(0);
-            let ray = Ray::new(0.1 * DIRECTION, -DIRECTION);
-            let mut found = [Moments::default(); 3];
-            for which in 0..samples {
-                let radiance = image.radiance(0, &ray, which).to_array();
-                found.iter_mut().zip(radiance).for_each(|(moments, x)| moments.push(x));
-            }
+            let shown = Image::new(&scene(direct, cos, samples), 1, 76, 0).pass();
+            let found = [0, 1, 2].map(|i| shown.iter().map(|radiance| radiance[i]).collect::<Moments>());
             let kappa = ROUGHNESS * ROUGHNESS - 1.0 + cos * cos;
             let share = 1.0 - cos * kappa.powf(1.5) / ROUGHNESS.powi(3);
             for i in 0..3 {

@@ -8,10 +8,8 @@ pub mod pixel;
 pub mod radius;
 
 use crate::{
-    integrator::{EyeRay, Integrator, IntegratorModel as _, Iteration},
-    math::{Ray, Rgb, rng::Stream},
-    sampler::PathSampler,
-    validation::setup::Setup,
+    math::Rgb,
+    render::{Renderer, Rendering, Replicate},
 };
 
 const PER_PASS: &str = "per_pass";
@@ -38,36 +36,50 @@ fn sppm(params: &str) -> String {
 }
 
 /// An image while it is made, pass by pass. It is one of many that are independent, by its number.
-struct Image<'s> {
-    setup: &'s Setup,
-    integrator: Integrator,
-    seed: u64,
-    number: u64,
+struct Image<'r> {
+    renderer: &'r Renderer,
+    replicate: Replicate,
+    rendering: Rendering<'r>,
+    /// How many passes the film has, and their sums, pixel by pixel.
+    passes: u32,
+    sums: Vec<Rgb>,
 }
 
-impl<'s> Image<'s> {
-    fn new(setup: &'s Setup, seed: u64, number: u64) -> Self {
-        Self { setup, integrator: setup.integrator.clone(), seed, number }
+impl<'r> Image<'r> {
+    fn new(renderer: &'r Renderer, passes: u32, seed: u64, number: u64) -> Self {
+        let replicate = Replicate { seed, number, samples: passes };
+        let rendering = renderer.begin(replicate);
+        let sums = vec![Rgb::ZERO; rendering.film().means().len()];
+        Self { renderer, replicate, rendering, passes: 0, sums }
     }
 
-    /// Sends out the photons of a pass.
-    fn pass(&mut self, sample: u32) {
-        let iteration = Iteration { seed: self.seed, replicate: self.number, sample };
-        self.integrator =
-            self.integrator.prepared(&self.setup.scene, &iteration).expect("there are photons to send out");
+    /// Goes on with a later pass, if passes are independent.
+    fn go_to(&mut self, pass: u32) {
+        self.rendering.go_to(pass);
     }
 
-    /// What a pixel sees in this pass; `which` tells passes apart.
-    fn radiance(&self, pixel: usize, ray: &Ray, which: u32) -> Rgb {
-        let address = [self.seed, self.number, u64::from(which), pixel as u64, 1];
-        let mut numbers = PathSampler::Independent(Stream::at(&address));
-        self.integrator.radiance(&self.setup.scene, &EyeRay { ray: *ray, pixel }, &mut numbers, &mut [])
+    /// What the pixels show in the next pass alone.
+    fn pass(&mut self) -> Vec<Rgb> {
+        self.rendering.advance(1, &|_| {});
+        self.passes += 1;
+        let means = self.rendering.film().means();
+        let sums: Vec<_> = means.into_iter().map(|mean| f64::from(self.passes) * Rgb::from_array(mean)).collect();
+        let shown = sums.iter().zip(&self.sums).map(|(after, before)| after - before).collect();
+        self.sums = sums;
+        shown
+    }
+
+    /// Keeps only what is remembered of the pixels, and goes on from that.
+    fn resume(&mut self) {
+        let (next, state) = (self.rendering.next(), self.rendering.state());
+        self.rendering = self.renderer.resume(self.replicate, next, self.renderer.film(), state);
+        self.passes = 0;
+        self.sums.fill(Rgb::ZERO);
     }
 
     /// The squares of the radii of the next pass over those of the first, of all pixels; empty with a radius for each pass.
     fn squares(&self) -> Vec<f64> {
-        let state = self.integrator.state();
-        let pixels = self.setup.scene.sensor.film.rendered().width as usize;
-        state.chunks(state.len().div_ceil(pixels).max(1)).map(|of_pixel| of_pixel[0]).collect()
+        let state = self.rendering.state();
+        state.chunks(state.len().div_ceil(self.sums.len()).max(1)).map(|of_pixel| of_pixel[0]).collect()
     }
 }

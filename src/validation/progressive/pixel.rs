@@ -6,10 +6,9 @@ use glam::DVec3;
 
 use super::{Image, PER_PIXEL, sppm};
 use crate::{
-    integrator::IntegratorModel as _,
     law::{Effort, Finding, Law},
-    math::Ray,
-    validation::setup::Setup,
+    render::Renderer,
+    validation::setup::{PixelCentres, renderer},
 };
 
 /// This law.
@@ -29,9 +28,11 @@ const PHOTONS: u32 = 4000;
 const PASSES: u32 = 12;
 /// Intensities of lights before and behind the wall.
 const INTENSITIES: [f64; 2] = [3.0, 2.0];
-const PIXELS: usize = 24;
+/// On each side of the wall.
+const PIXELS: usize = 12;
 
-fn setup() -> Setup {
+/// A camera on a side of the wall, which sees obliquely what is ever farther beside the lights.
+fn side(side: f64) -> Renderer {
     let integrator = sppm(&format!(
         "integer photon_count={PHOTONS}, float initial_radius={RADIUS}, float alpha={ALPHA}, string direct=map, integer \
          max_depth=2, string kernel=constant, string radius_schedule={PER_PIXEL}"
@@ -46,34 +47,42 @@ fn setup() -> Setup {
            <bsdf type="diffuse"><rgb name="reflectance" value="{ALBEDO}"/></bsdf></bsdf></shape>"#
     );
     let scene = light(0.9, INTENSITIES[0]) + &light(-0.7, INTENSITIES[1]) + &wall;
-    Setup::of_pixels(&integrator, PIXELS as u32, &scene)
-}
-
-/// From ever farther beside the lights, in turn from either side of the wall, obliquely.
-fn ray(pixel: usize) -> Ray {
-    let side = if pixel.is_multiple_of(2) { 1.0 } else { -1.0 };
-    let target = DVec3::new(0.1 + 0.12 * pixel as f64, 0.05, 0.0);
-    let way = DVec3::new(0.3, -0.2, 1.0) * side;
-    Ray::new(target + 0.2 * way, -way.normalize())
+    let target = DVec3::new(1.5, 0.05, 0.0);
+    let eye = target + DVec3::new(0.0, -0.45, 1.2) * side;
+    let camera = PixelCentres { eye, target, fov: 94.0, columns: PIXELS as u32, rows: 1 };
+    renderer(&integrator, &camera.xml(), &scene)
 }
 
 fn finds(_: Effort) -> Vec<Finding> {
-    let setup = setup();
+    let [mut shrunk, mut fraction, mut error] = [0.0_f64; 3];
+    for renderer in [side(1.0), side(-1.0)] {
+        let found = of_side(&renderer);
+        shrunk += found[0];
+        fraction = fraction.max(found[1]);
+        error = error.max(found[2]);
+    }
+    vec![
+        Finding::value("pixels that found photons", shrunk, 2.0 * PIXELS as f64, 0.0),
+        // Powers and squares of distances are in f32: 6e-8 each of a few hundred photons.
+        Finding::error("how far from whole the numbers are", fraction, 1e-4),
+        Finding::error("squares of radii", error, 1e-12),
+    ]
+}
+
+/// How many pixels found photons, the largest distance of their numbers from whole ones, and the largest relative error of
+/// the squares of radii.
+fn of_side(renderer: &Renderer) -> [f64; 3] {
     let power = 4.0 * PI * (INTENSITIES[0] + INTENSITIES[1]) / f64::from(PHOTONS);
-    let mut image = Image::new(&setup, 71, 0);
+    let mut image = Image::new(renderer, PASSES, 71, 0);
     // The square of the radius over that of the first pass, and the photons that are kept.
     let mut pixels = [(1.0, 0.0); PIXELS];
     let [mut fraction, mut error] = [0.0_f64; 2];
     for pass in 0..PASSES {
         if pass == PASSES / 2 {
-            let state = image.integrator.state();
-            image = Image::new(&setup, 71, 0);
-            image.integrator.restore_state(state);
+            image.resume();
         }
-        image.pass(pass);
-        for (pixel, (squared, kept)) in pixels.iter_mut().enumerate() {
-            let radiance = image.radiance(pixel, &ray(pixel), pass).y;
-            let count = radiance * PI / ALBEDO * PI * RADIUS * RADIUS * *squared / power;
+        for ((squared, kept), radiance) in pixels.iter_mut().zip(image.pass()) {
+            let count = radiance.y * PI / ALBEDO * PI * RADIUS * RADIUS * *squared / power;
             let found = count.round();
             fraction = fraction.max((count - found).abs());
             if found > 0.0 {
@@ -86,10 +95,5 @@ fn finds(_: Effort) -> Vec<Finding> {
         }
     }
     let shrunk = pixels.iter().filter(|(squared, _)| *squared < 1.0).count();
-    vec![
-        Finding::value("pixels that found photons", shrunk as f64, PIXELS as f64, 0.0),
-        // Powers and squares of distances are in f32: 6e-8 each of a few hundred photons.
-        Finding::error("how far from whole the numbers are", fraction, 1e-4),
-        Finding::error("squares of radii", error, 1e-12),
-    ]
+    [shrunk as f64, fraction, error]
 }
