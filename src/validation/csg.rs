@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::{
     comparison::{ImageEstimate, with_image},
     integrator::Overrides,
-    law::{Effort, Finding, Law},
+    law::{Check, Effort, Finding, Law},
     render::{Renderer, Replicate},
     scene_file::xml,
     stats::Outcome,
@@ -17,7 +17,7 @@ pub const LAWS: &[Law] = &[Law {
     claim: "A glass ball as a quadric, and as a union of two half balls that share a face, gives an image that agrees with that of \
             a sphere; 0 stands for agreement.",
     source: "they are the same set; the verdict of this program, which must be able to see half a percent",
-    check: same_image,
+    check: Check::Analytic(same_image),
 }];
 
 const SPHERE: &str = r#"<shape type="sphere"><float name="radius" value="0.8"/>GLASS</shape>"#;

@@ -1,51 +1,48 @@
 //! Biased images held against the references of other integrators.
 
-use std::path::Path;
-
 use crate::{
     comparison::{Reference, equivalence},
-    integrator::Overrides,
-    law::{Effort, Finding, Law},
+    integrator::{Integrator, IntegratorModel as _, Overrides},
+    law::{Check, CheckError, Effort, Finding, Law, SceneFile},
     render::Renderer,
-    scene_file::xml,
+    scene_file::{SceneError, xml},
     stats::equivalence::TO_RADIUS_ZERO,
-    validation::{
-        evidence::EvidenceError,
-        reference::{SEED, stem},
+    validation::reference::SEED,
+};
+
+/// These laws.
+pub(super) const LAWS: &[Law] = &[
+    Law {
+        name: "photon-map/mitsuba",
+        claim: "Photon-mapped images, with radii extrapolated to 0, are equivalent to Mitsuba's path tracing where lights have areas, \
+                and to its light tracing, without what is seen in mirrors and glass, where they are points.",
+        source: "two one-sided tests, Schuirmann 1987; bias of a density estimate is even in the radius",
+        check: Check::Scenes(photon_mapped),
     },
-};
-
-/// Photon maps.
-pub(super) const PHOTON_MAP: Law = Law {
-    name: "photon-map/mitsuba",
-    claim: "Photon-mapped images, with radii extrapolated to 0, are equivalent to Mitsuba's path tracing where lights have areas, and \
-            to its light tracing, without what is seen in mirrors and glass, where they are points.",
-    source: "two one-sided tests, Schuirmann 1987; bias of a density estimate is even in the radius",
-    check: |_| Vec::new(),
-};
-
-/// Progressive photon mapping.
-pub(super) const PROGRESSIVE: Law = Law {
-    name: "progressive/mitsuba",
-    claim: "Images of few progressive passes, with radii extrapolated to 0, are equivalent to Mitsuba's path tracing where lights have \
-            areas, and to its light tracing, without what is seen in mirrors and glass, where they are points.",
-    source: "two one-sided tests, Schuirmann 1987; radii of all passes are as those of the first, and bias is even in them",
-    check: |_| Vec::new(),
-};
+    Law {
+        name: "progressive/mitsuba",
+        claim: "Images of few progressive passes, with radii extrapolated to 0, are equivalent to Mitsuba's path tracing where lights \
+                have areas, and to its light tracing, without what is seen in mirrors and glass, where they are points.",
+        source: "two one-sided tests, Schuirmann 1987; radii of all passes are as those of the first, and bias is even in them",
+        check: Check::Scenes(progressive),
+    },
+];
 
 /// The least radius of a lookup over that of the scene.
 const LEAST_RADIUS: f64 = 0.012;
 
+/// Whether a scene asks for an integrator whose images are biased and have no variance, so that laws hold it against its
+/// reference by equivalence.
+pub(super) fn is_biased(scene: &SceneFile) -> Result<bool, SceneError> {
+    let integrator = Integrator::of_scene(&xml::read(&scene.path, &[])?, &Overrides::default())?;
+    Ok(!integrator.has_variance())
+}
+
 /// Holds a scene of photon mapping against its reference.
-///
-/// # Errors
-/// If the scene or its reference is missing, broken or stale.
-pub(super) fn photon_mapped(
-    root: &Path,
-    name: &str,
-    scene: &Path,
-    effort: Effort,
-) -> Result<Vec<Finding>, EvidenceError> {
+fn photon_mapped(scene: &SceneFile, effort: Effort) -> Result<Vec<Finding>, CheckError> {
+    if !is_biased(scene)? {
+        return Ok(Vec::new());
+    }
     let params = [("lookup_size", "0"), ("global_photons", "60000"), ("caustic_photons", "100000")];
     let biased = Biased {
         integrator: None,
@@ -55,7 +52,7 @@ pub(super) fn photon_mapped(
         passes: u64::from(effort.samples(10)),
         samples: 4,
     };
-    biased.compare(root, name, scene)
+    biased.compare(scene)
 }
 
 /// Scenes that progressive photon mapping is held against, with the schedule and the least radius of the first pass over that
@@ -68,17 +65,9 @@ const SCENES: [(&str, &str, f64, u32, u32, &str); 5] = [
     ("photon-caustic", "per_pixel", 0.012, 8, 8, "30000"),
 ];
 
-/// Holds progressive photon mapping of a scene, if it is one of those, against the scene's reference.
-///
-/// # Errors
-/// If the scene or its reference is missing, broken or stale.
-pub(super) fn progressive(
-    root: &Path,
-    name: &str,
-    scene: &Path,
-    effort: Effort,
-) -> Result<Vec<Finding>, EvidenceError> {
-    let stem = stem(scene);
+/// Holds progressive photon mapping of one of these scenes against the scene's reference.
+fn progressive(scene: &SceneFile, effort: Effort) -> Result<Vec<Finding>, CheckError> {
+    let stem = scene.stem();
     let Some((_, schedule, least, images, passes, photons)) = SCENES.into_iter().find(|(known, ..)| *known == stem)
     else {
         return Ok(Vec::new());
@@ -92,7 +81,7 @@ pub(super) fn progressive(
         passes: u64::from(effort.samples(images)),
         samples: passes,
     };
-    biased.compare(root, name, scene)
+    biased.compare(scene)
 }
 
 /// A biased image.
@@ -111,11 +100,10 @@ struct Biased<'a> {
 
 impl Biased<'_> {
     /// Whether it is equivalent to the reference of a scene.
-    fn compare(&self, root: &Path, name: &str, scene: &Path) -> Result<Vec<Finding>, EvidenceError> {
-        let folder = root.join(name);
-        let reference = Reference::load(&folder)?;
-        reference.check_fresh(&folder, scene)?;
-        let document = xml::read(scene, &[])?;
+    fn compare(&self, scene: &SceneFile) -> Result<Vec<Finding>, CheckError> {
+        let reference = Reference::load(&scene.reference)?;
+        reference.check_fresh(&scene.reference, &scene.path)?;
+        let document = xml::read(&scene.path, &[])?;
         let size = Renderer::new(&document, &Overrides::default())?.scene.scene_bounds().radius;
         let [one, two, three] = TO_RADIUS_ZERO.map(|(scale, _)| {
             let radius = (self.least * scale * size).to_string();
@@ -127,7 +115,7 @@ impl Biased<'_> {
         let found = equivalence::photon_map(&[one?, two?, three?], &reference, self.passes, self.samples, SEED);
         Ok(found
             .into_iter()
-            .map(|found| Finding { subject: format!("{}, {}", stem(scene), found.subject), ..found })
+            .map(|found| Finding { subject: format!("{}, {}", scene.stem(), found.subject), ..found })
             .collect())
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::{
     comparison::{Comparison, ComparisonError, ReferenceError},
-    law::{Effort, Finding},
+    law::{CheckError, Effort, Finding},
     scene_file::SceneError,
     stats::Outcome,
 };
@@ -105,6 +105,9 @@ pub enum EvidenceError {
     /// The comparison of the two.
     #[error(transparent)]
     Comparison(#[from] ComparisonError),
+    /// A law about scene files.
+    #[error(transparent)]
+    Law(#[from] CheckError),
     /// The folder of scenes.
     #[error("{}: {what}; run it where the repository is, or say where with --root", folder.display())]
     Folder {

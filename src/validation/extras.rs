@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use crate::{
     bsdf::fresnel,
-    law::{Effort, Finding, Law},
+    law::{Check, Effort, Finding, Law},
     math::Rgb,
     validation::setup::{ALBEDO, GLASS, RADIANCE, Setup, diffuse, direct, ground, patch, path, sky, towards, triple},
 };
@@ -18,33 +18,33 @@ pub const LAWS: &[Law] = &[
         name: "radiometry/plane",
         claim: "A point light I over an infinite plane gives it the radiance ρ/π I h / d³ at five distances, and nothing behind it.",
         source: "inverse square and cosine laws",
-        check: plane,
+        check: Check::Analytic(plane),
     },
     Law {
         name: "radiometry/spot",
         claim: "A spot light is full up to its target width, falls off linearly with the angle, and ends at its cutoff angle.",
         source: "Mitsuba's definition; inverse square and cosine laws",
-        check: spot,
+        check: Check::Analytic(spot),
     },
     Law {
         name: "radiometry/self_emission",
         claim: "The normals bsdf shows (n + 1) / 2 from both sides, Phong's ambient adds to what is reflected, and mirrors show both.",
         source: "definition",
-        check: self_emission,
+        check: Check::Analytic(self_emission),
     },
     Law {
         name: "radiometry/blend",
         claim: "In an even sky L, a ball that is 1 - w diffuse ρ and w a mirror s shows ((1 - w) ρ + w s) L; with glass of \
                 index n, s is 0.04 + 0.96 / n² at normal incidence.",
         source: "linearity of the reflection in the bsdf; conservation of étendue",
-        check: blend,
+        check: Check::Analytic(blend),
     },
     Law {
         name: "radiometry/transparent-shadows",
         claim: "With transparent shadows, a pane between a surface and a light lets (1 - R(θ))² of it through, and all with \
                 the reflectance model none; light is not found a second time on bent paths; other shadows stay black.",
         source: "definition; an even sky stays even, for what is not let through straight is mirrored",
-        check: transparent_shadows,
+        check: Check::Analytic(transparent_shadows),
     },
 ];
 

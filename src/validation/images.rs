@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use crate::{
     film::splats,
     integrator::Overrides,
-    law::{Effort, Finding, Law, worst},
+    law::{Check, Effort, Finding, Law, worst},
     render::{Renderer, Replicate},
     scene_file::xml,
     stats::Moments,
@@ -19,20 +19,20 @@ pub const LAWS: &[Law] = &[
         name: "film/coverage",
         claim: "A pixel shows the share of it that a emitted rectangle covers, in its place on the film, on a crop too.",
         source: "areas of rectangles",
-        check: coverage,
+        check: Check::Analytic(coverage),
     },
     Law {
         name: "film/aov",
         claim: "Layers show of a sphere: a point on it that the pixel sees, at the stated distance from the near plane, its own \
                 normal there, and how many samples there are; means of samples, 0 where nothing is seen.",
         source: "the equation of the sphere and the projection of its points, sample by sample",
-        check: aov,
+        check: Check::Analytic(aov),
     },
     Law {
         name: "film/wireframe",
         claim: "The wireframe layer shows the edges of a triangle that faces the camera in lines of half a pixel on their inner side.",
         source: "the area within half a pixel of the edges, 1 - (1 - d / ρ)² of the triangle's for an inradius ρ",
-        check: wireframe,
+        check: Check::Analytic(wireframe),
     },
 ];
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::{
     integrator::Overrides,
-    law::{Effort, Finding, Law},
+    law::{Check, Effort, Finding, Law},
     render::{Renderer, Replicate},
     scene_file::xml,
     stats::{Estimate, Moments, equivalence::TO_RADIUS_ZERO},
@@ -19,20 +19,20 @@ pub const LAWS: &[Law] = &[
         claim: "Light tracing and path tracing show the same in every quarter of the film: all lights and scattering materials, \
                 pinhole and thin lens, all filters up to their borders, a crop, hidden lights, and few segments.",
         source: "two estimators of one integral, Veach 1997, chapter 10",
-        check: light_is_path,
+        check: Check::Analytic(light_is_path),
     },
     Law {
         name: "photon-map/split",
         claim: "Each of the four parts of a photon-mapped image is equivalent to the same class of a path tracer's paths, and their \
                 sum to the whole, with radii extrapolated to 0; direct and indirect light from the map too.",
         source: "bias of a density estimate is even in the radius; least squares in r² on the same photons",
-        check: split,
+        check: Check::Analytic(split),
     },
     Law {
         name: "caustic/pane-unseen",
         claim: "Neither path tracing nor light tracing shows anything of a floor that a point lights and a pinhole sees through glass.",
         source: "no connection goes through glass, and no ray meets a point",
-        check: unseen,
+        check: Check::Analytic(unseen),
     },
 ];
 

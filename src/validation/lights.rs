@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use glam::DVec3;
 
 use crate::{
-    law::{Effort, Finding, Law},
+    law::{Check, Effort, Finding, Law},
     math::Rgb,
     validation::setup::{
         ALBEDO, CHANNELS, RADIANCE, Setup, area, diffuse, direct, ground, patch, path, sky, towards, triple,
@@ -18,43 +18,43 @@ pub const LAWS: &[Law] = &[
         name: "radiometry/point-light",
         claim: "A point light I gives a diffuse plane the radiance ρ/π I cos θ / d², at two heights and five places.",
         source: "inverse square and cosine laws",
-        check: point_light,
+        check: Check::Analytic(point_light),
     },
     Law {
         name: "radiometry/directional-light",
         claim: "Parallel light E gives a diffuse surface the radiance ρ/π E cos θ, and none from behind.",
         source: "cosine law",
-        check: directional_light,
+        check: Check::Analytic(directional_light),
     },
     Law {
         name: "radiometry/polygon-light",
         claim: "A 2 by 1 rectangle gives the irradiance of Lambert's formula, also across its horizon; its back is black.",
         source: "Lambert 1760; E/L = ½ |Σ Θi Γi·n|: 0.4158376265, 0.1877648137, 0.2199712755",
-        check: polygon_light,
+        check: Check::Analytic(polygon_light),
     },
     Law {
         name: "radiometry/disk-light",
         claim: "A disk of radius 1 at height 2 gives the irradiance of the closed form at five distances from its axis.",
         source: "Howell, Mengüç, Daun and Siegel 2020, configuration factor of a disk to a parallel element",
-        check: disk_light,
+        check: Check::Analytic(disk_light),
     },
     Law {
         name: "radiometry/sphere-light",
         claim: "A sphere at three radii gives the irradiance of the closed form at 0, 60, 80, 90 and 95 degrees from the normal.",
         source: "Howell, Mengüç, Daun and Siegel 2020, element to sphere, with the horizon across it",
-        check: sphere_light,
+        check: Check::Analytic(sphere_light),
     },
     Law {
         name: "radiometry/white-sky",
         claim: "Under an even sky L a diffuse plane has the radiance ρ L, and the sky itself L.",
         source: "∫ cos θ dω = π",
-        check: white_sky,
+        check: Check::Analytic(white_sky),
     },
     Law {
         name: "radiometry/direct-strategies",
         claim: "Direct light is the same by samples of lights, of the bsdf, and both together in any sampler.",
         source: "Veach 1997, section 9.2: weights that sum to one",
-        check: direct_strategies,
+        check: Check::Analytic(direct_strategies),
     },
 ];
 

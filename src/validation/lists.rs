@@ -5,7 +5,8 @@ use crate::{
     law::Law,
     sampler, scene, sensor, shape,
     validation::{
-        absorption, caustics, csg, extras, glass, images, light_tracing, lights, optics, photon_map, progressive, rooms,
+        absorption, calibration, caustics, csg, equivalent, extras, glass, images, light_tracing, lights, optics,
+        photon_map, progressive, rooms,
     },
 };
 
@@ -42,29 +43,29 @@ pub fn laws() -> impl Iterator<Item = &'static Law> {
         images::LAWS,
         light_tracing::LAWS,
         csg::LAWS,
+        equivalent::LAWS,
+        calibration::LAWS,
     ];
     lists.into_iter().flatten()
 }
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
+    use std::{
+        fs,
+        path::{Path, PathBuf},
+    };
 
     use glob::Pattern;
 
     use super::*;
-    use crate::{
-        catalogue,
-        validation::reference::{scenes, stem},
-    };
+    use crate::{catalogue, validation::reference::scene_files};
 
     #[test]
     fn every_plugin_names_evidence_that_exists() {
-        let scenes = scenes(Path::new(env!("CARGO_MANIFEST_DIR"))).expect("the scenes are there");
-        let known: Vec<String> = laws()
-            .map(|law| law.name.to_owned())
-            .chain(scenes.iter().map(|scene| format!("reference/{}", stem(scene))))
-            .collect();
+        let scenes = scene_files(Path::new(env!("CARGO_MANIFEST_DIR"))).expect("the scenes are there");
+        let known: Vec<String> =
+            laws().map(|law| law.name.to_owned()).chain(scenes.into_iter().map(|scene| scene.name)).collect();
         for plugin in catalogue::plugins() {
             assert!(!plugin.evidence.is_empty(), "{} \"{}\" has no evidence", plugin.category, plugin.name);
             for name in plugin.evidence {
@@ -82,5 +83,36 @@ mod tests {
         names.sort_unstable();
         names.dedup();
         assert_eq!(names.len(), count);
+    }
+
+    fn sources(folder: &Path) -> Vec<PathBuf> {
+        let entries =
+            fs::read_dir(folder).expect("the sources are there").map(|entry| entry.expect("it can be read").path());
+        entries.flat_map(|path| if path.is_dir() { sources(&path) } else { vec![path] }).collect()
+    }
+
+    /// The names of the laws that a source file defines.
+    fn names_in(text: &str) -> Vec<&str> {
+        let names = text.split("name: \"").skip(1).filter_map(|rest| rest.split('"').next());
+        // Names of other things are not path-like.
+        names.filter(|name| name.contains('/')).collect()
+    }
+
+    #[test]
+    fn every_list_in_the_sources_is_registered() {
+        let known: Vec<_> = laws().map(|law| law.name).collect();
+        let definitions = ["const", "static"].map(|kind| format!("{kind} LAWS: "));
+        let mut found = 0;
+        for path in sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src")) {
+            let text = fs::read_to_string(&path).expect("sources are text");
+            let lists: usize = definitions.iter().map(|definition| text.matches(definition).count()).sum();
+            let names = if lists > 0 { names_in(&text) } else { Vec::new() };
+            assert!(names.len() >= lists, "{}: a list of laws without names", path.display());
+            for name in names {
+                assert!(known.contains(&name), "{}: the law {name} is not registered", path.display());
+                found += 1;
+            }
+        }
+        assert_eq!(found, known.len());
     }
 }

@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3};
 
 use crate::{
     bsdf::BsdfModel as _,
-    law::{Effort, Finding, Law, worst},
+    law::{Check, Effort, Finding, Law, worst},
     math::Ray,
     scene::Scene,
     transport::ShadingPoint,
@@ -20,7 +20,7 @@ pub const LAWS: &[Law] = &[
         claim: "A ray at the height h of a glass ball of radius 1 and index 1.5 crosses the axis at h / sin δ with \
                 δ = 2 (asin h - asin h/n), before the paraxial focus 1.5 by the longitudinal aberration, at six heights.",
         source: "Snell's law; 0.00417294, 0.01676798, 0.03802156, 0.10842705, 0.22221298, 0.39555443",
-        check: ball_lens,
+        check: Check::Analytic(ball_lens),
     },
     Law {
         name: "optics/lenses",
@@ -28,14 +28,14 @@ pub const LAWS: &[Law] = &[
                 by angles puts it.",
         source: "Snell's law at spheres and planes; from the si 1.97740058, 1.78872483, 1.35257112; 1.79428975, 1.64606230; \
                  0.91568875, 0.79996801, 0.41350583",
-        check: lenses,
+        check: Check::Analytic(lenses),
     },
     Law {
         name: "optics/mirrors",
         claim: "A paraboloid sends what is parallel to its axis through its focus, an ellipsoid what comes from one focus through \
                 the other, on ways of the same length; as named shapes and as turned quadrics.",
         source: "definition of the conics; distances in units of the focal length or the half axis",
-        check: mirrors,
+        check: Check::Analytic(mirrors),
     },
 ];
 

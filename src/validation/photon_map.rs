@@ -5,7 +5,7 @@ use std::{f64::consts::PI, num::NonZeroUsize, path::Path};
 use glam::DVec3;
 
 use crate::{
-    law::{Effort, Finding, Law},
+    law::{Check, Effort, Finding, Law},
     math::{Ray, Rgb, luminance},
     photon::{EmittedPhotons, EstimateParameters, GatherPoint, Kernel, Map, PhotonMapKind, trace_photons},
     scene::Scene,
@@ -21,40 +21,40 @@ pub const LAWS: &[Law] = &[
         claim: "In a closed room of albedo ρ an emitted photon is stored 1/(1-ρ) times, and all stored power is Φ/(1-ρ) in each \
                 channel; one light_vertex is direct light, of power Φ.",
         source: "geometric series; Jensen 2001, section 5.2",
-        check: stored,
+        check: Check::Analytic(stored),
     },
     Law {
         name: "photon-map/glass",
         claim: "All power that a source in a glass ball emits gets out of it: photons know no 1/η².",
         source: "conservation of energy; Veach 1997, section 5.2",
-        check: glass,
+        check: Check::Analytic(glass),
     },
     Law {
         name: "photon-map/uniform",
         claim: "Even light is estimated without bias from the k nearest photons, by each kernel, at 0 and 60 degrees of incidence, on \
                 an edge, near it and in a corner of a rectangle, beside a step to another, and for all photons within a radius.",
         source: "the k - 1 nearest of a Poisson process are evenly spread within the k-th's distance",
-        check: uniform,
+        check: Check::Analytic(uniform),
     },
     Law {
         name: "photon-map/knn-normalization",
         claim: "The textbook's k / πr² would be too bright by k / (k - 1): 25 %, 5.3 % and 2.0 % for 5, 20 and 50 photons.",
         source: "E[1 / r²] of a Poisson process; counted from a sorted list of distances",
-        check: textbook,
+        check: Check::Analytic(textbook),
     },
     Law {
         name: "photon-map/thin-wall",
         claim: "The back of a thin wall that is lit from its front is black, be it one surface or two; so are the walls of a corner \
                 that light only grazes.",
         source: "opaque walls let nothing through",
-        check: thin_wall,
+        check: Check::Analytic(thin_wall),
     },
     Law {
         name: "photon-map/kind",
         claim: "Photons that are aimed at mirrors and glass carry the same power to what these light, channel by channel, as those that \
                 are sent everywhere; from each kind of light, at balls that overlap.",
         source: "importance sampling",
-        check: kind,
+        check: Check::Analytic(kind),
     },
 ];
 

@@ -8,7 +8,7 @@ use std::{
 use crate::{
     comparison::{self, Comparison, ImageEstimate, Reference},
     integrator::Overrides,
-    law::Effort,
+    law::{Effort, SceneFile},
     render::{Renderer, Replicate},
     scene_file::xml,
     stats::Outcome,
@@ -26,17 +26,12 @@ const MAX_PASSES: u64 = 256;
 /// The seed of all comparisons. It is fixed, so that a failure can be looked into.
 pub(super) const SEED: u64 = 20_261;
 
-pub(super) fn compare_scene(
-    root: &Path,
-    name: String,
-    scene: PathBuf,
-    effort: Effort,
-) -> Result<SceneEvidence, EvidenceError> {
+/// Renders a scene and compares it with its reference.
+pub(super) fn compare_scene(scene: SceneFile, effort: Effort) -> Result<SceneEvidence, EvidenceError> {
     let start = Instant::now();
-    let folder = root.join(&name);
-    let reference = Reference::load(&folder)?;
-    reference.check_fresh(&folder, &scene)?;
-    let renderer = Renderer::new(&xml::read(&scene, &[])?, &Overrides::default())?;
+    let reference = Reference::load(&scene.reference)?;
+    reference.check_fresh(&scene.reference, &scene.path)?;
+    let renderer = Renderer::new(&xml::read(&scene.path, &[])?, &Overrides::default())?;
     let first = Replicate { seed: SEED, number: 0, samples: SAMPLES };
     let mut ours = ImageEstimate::of_replicates(&renderer, first, u64::from(effort.samples(1)).min(4) * PASSES);
     let mut found = comparison::with_reference(&ours, &reference)?;
@@ -50,7 +45,7 @@ pub(super) fn compare_scene(
     let outcome = |comparison: &Comparison| comparison.verdict.as_ref().map(|verdict| verdict.outcome);
     let by = &reference.provenance;
     let spp = by.spp_per_batch * by.batches;
-    let image = format!("{}.exr", stem(&scene));
+    let image = format!("{}.exr", scene.stem());
     Ok(SceneEvidence {
         reference_by: format!("{} {} {}, {spp} spp", by.renderer, by.version, by.variant),
         conclusion: found.conclusion(),
@@ -58,37 +53,38 @@ pub(super) fn compare_scene(
         scaled: outcome(&scaled).expect("passes have scatter"),
         seconds: start.elapsed().as_secs_f64(),
         reproduce: vec![
-            verify_command(&name, effort),
-            format!("etendue render {} -o {image} --spp {} --seed {SEED}", scene.display(), ours.spp.unwrap_or(0)),
-            format!("etendue compare {image} {}", folder.display()),
+            verify_command(&scene.name, effort),
+            format!("etendue render {} -o {image} --spp {} --seed {SEED}", scene.path.display(), ours.spp.unwrap_or(0)),
+            format!("etendue compare {image} {}", scene.reference.display()),
             by.command.clone(),
         ],
         images: Images { width: reference.width, ours: ours.pixels, reference: reference.pixels },
         comparison: found,
-        name,
-        scene,
-        reference: folder,
+        name: scene.name,
+        scene: scene.path,
+        reference: scene.reference,
     })
 }
 
 /// The scene files under a root, by name: those of assets/scenes and its figures, if there are any.
-pub(super) fn scenes(root: &Path) -> Result<Vec<PathBuf>, EvidenceError> {
+pub(super) fn scene_files(root: &Path) -> Result<Vec<SceneFile>, EvidenceError> {
     let folder = root.join("assets/scenes");
-    let mut scenes = Vec::new();
+    let mut paths = Vec::new();
     let figures = folder.join("figures");
     for folder in [Some(folder), figures.is_dir().then_some(figures)].into_iter().flatten() {
         let fault = |error: std::io::Error| EvidenceError::Folder { folder: folder.clone(), what: error.to_string() };
         for entry in std::fs::read_dir(&folder).map_err(fault)? {
-            scenes.push(entry.map_err(fault)?.path());
+            paths.push(entry.map_err(fault)?.path());
         }
     }
-    scenes.retain(|path| path.extension().is_some_and(|extension| extension == "xml"));
-    scenes.sort_by_key(|scene| stem(scene));
+    paths.retain(|path| path.extension().is_some_and(|extension| extension == "xml"));
+    let scene = |path: PathBuf| {
+        let name = format!("reference/{}", path.file_stem().unwrap_or_default().to_string_lossy());
+        SceneFile { reference: root.join(&name), name, path }
+    };
+    let mut scenes: Vec<_> = paths.into_iter().map(scene).collect();
+    scenes.sort_by(|one, other| one.name.cmp(&other.name));
     Ok(scenes)
-}
-
-pub(super) fn stem(scene: &Path) -> String {
-    scene.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// The command that finds rows of a name again.

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_1_PI;
 use glam::DVec3;
 
 use crate::{
-    law::{Effort, Finding, Law},
+    law::{Check, Effort, Finding, Law},
     math::Rgb,
     validation::setup::{ALBEDO, CHANNELS, GLASS, RADIANCE, Setup, WITHIN, area, diffuse, path, room, towards, triple},
 };
@@ -17,37 +17,37 @@ pub const LAWS: &[Law] = &[
         claim: "In a closed sphere and a closed cube that shine with E and reflect ρ, the radiance is E (1 + ρ + ... ) up to \
                 the greatest depth, and without one E / (1 - ρ).",
         source: "geometric series",
-        check: furnace,
+        check: Check::Analytic(furnace),
     },
     Law {
         name: "radiometry/integrating-sphere",
         claim: "A point light off the centre of a diffuse sphere: ρ/π (I cos θ / d² + I ρ / (R² (1 - ρ))) at four angles.",
         source: "indirect light in a diffuse sphere is uniform; Jacquez and Kuppenheim 1955",
-        check: integrating_sphere,
+        check: Check::Analytic(integrating_sphere),
     },
     Law {
         name: "radiometry/colour-bleeding",
         claim: "A emitted hemisphere over a coloured disk has the radiosities of the exact two-patch solution.",
         source: "form factors 1, ½, ½ of a hemisphere and its base",
-        check: colour_bleeding,
+        check: Check::Analytic(colour_bleeding),
     },
     Law {
         name: "radiometry/concentric-spheres",
         claim: "Between concentric spheres of radii 1 and 2, of which the inner shines, radiosities are those of two patches.",
         source: "form factors 1, ¼, ¾",
-        check: concentric_spheres,
+        check: Check::Analytic(concentric_spheres),
     },
     Law {
         name: "transport/roulette",
         claim: "Russian roulette from the first bounce on does not change the mean.",
         source: "Arvo and Kirk 1990",
-        check: roulette,
+        check: Check::Analytic(roulette),
     },
     Law {
         name: "transport/max-depth",
         claim: "A greatest depth of 0 is black, 1 shows lights, and every further one adds one reflection.",
         source: "Mitsuba's definition",
-        check: max_depth,
+        check: Check::Analytic(max_depth),
     },
 ];
 

@@ -6,20 +6,19 @@ use glob::Pattern;
 use rayon::prelude::*;
 
 use crate::{
-    integrator::{Integrator, IntegratorModel as _, Overrides},
-    law::{Effort, Finding, Law, Measured, judge, level_of_each},
+    law::{Check, CheckError, Effort, Finding, Law, Measured, SceneFile, judge, level_of_each},
     provenance,
-    scene_file::xml,
     validation::{
-        calibration::{CALIBRATION, calibrate},
-        equivalent,
+        equivalent::is_biased,
         evidence::{Evidence, EvidenceError, Row},
         lists::laws,
-        reference::{compare_scene, scenes, stem, verify_command},
+        reference::{compare_scene, scene_files, verify_command},
     },
 };
 
-/// Runs all laws and scenes whose names match; `tell` is told each name as it begins.
+/// Runs all laws and scenes whose names match; `progress` is told each name as it begins.
+///
+/// A scene that asks for a biased integrator has no row of its own: its name stands for the laws that are about it.
 ///
 /// # Errors
 /// If the scenes or their references are missing, broken or stale, or nothing matches.
@@ -27,38 +26,25 @@ pub fn verify(
     root: &Path,
     only: &Pattern,
     effort: Effort,
-    tell: &(dyn Fn(&str) + Sync),
+    progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Evidence, EvidenceError> {
     let start = Instant::now();
-    let files = scenes(root)?;
-    let mut findings = findings(laws().filter(|law| only.matches(law.name)), effort, tell);
+    let files = scene_files(root)?;
+    let mut findings = analytic_findings(|law| only.matches(law.name), effort, progress);
     let mut scenes = Vec::new();
-    for scene in files {
-        let name = format!("reference/{}", stem(&scene));
-        let is_asked = |name: &str| only.matches(name);
-        // A biased image is put to no test of difference.
-        if !is_asked(&name) && !is_asked(equivalent::PHOTON_MAP.name) && !is_asked(equivalent::PROGRESSIVE.name) {
-            continue;
-        }
-        if is_asked(equivalent::PROGRESSIVE.name) {
-            tell(equivalent::PROGRESSIVE.name);
-            let found = equivalent::progressive(root, &name, &scene, effort)?;
-            findings.extend(found.into_iter().map(|found| (&equivalent::PROGRESSIVE, found)));
-        }
-        if Integrator::of_scene(&xml::read(&scene, &[])?, &Overrides::default())?.has_variance() {
-            if is_asked(&name) {
-                tell(&name);
-                scenes.push(compare_scene(root, name, scene, effort)?);
+    for file in files {
+        let is_asked = only.matches(&file.name);
+        let is_biased = is_asked && is_biased(&file)?;
+        for (law, check) in laws_of_scenes() {
+            if only.matches(law.name) || is_biased {
+                progress(law.name);
+                findings.extend(check(&file, effort)?.into_iter().map(|finding| (law, finding)));
             }
-        } else if is_asked(&name) || is_asked(equivalent::PHOTON_MAP.name) {
-            tell(equivalent::PHOTON_MAP.name);
-            let found = equivalent::photon_mapped(root, &name, &scene, effort)?;
-            findings.extend(found.into_iter().map(|found| (&equivalent::PHOTON_MAP, found)));
         }
-    }
-    if only.matches(CALIBRATION.name) {
-        tell(CALIBRATION.name);
-        findings.extend(calibrate(root, effort)?.into_iter().map(|finding| (&CALIBRATION, finding)));
+        if is_asked && !is_biased {
+            progress(&file.name);
+            scenes.push(compare_scene(file, effort)?);
+        }
     }
     if findings.is_empty() && scenes.is_empty() {
         return Err(EvidenceError::Nothing(only.as_str().to_owned()));
@@ -74,19 +60,31 @@ pub fn verify(
     })
 }
 
-/// What laws find, in their order.
-fn findings(
-    laws: impl Iterator<Item = &'static Law>,
+/// What is found by those laws that need no scene file, in their order.
+fn analytic_findings(
+    is_asked: impl Fn(&Law) -> bool,
     effort: Effort,
-    tell: &(dyn Fn(&str) + Sync),
+    progress: &(dyn Fn(&str) + Sync),
 ) -> Vec<(&'static Law, Finding)> {
-    let laws: Vec<_> = laws.collect();
-    let check = |law: &&'static Law| {
-        tell(law.name);
-        (law.check)(effort)
+    let analytic = |law: &'static Law| match law.check {
+        Check::Analytic(check) if is_asked(law) => Some((law, check)),
+        _ => None,
     };
-    let found: Vec<_> = laws.par_iter().map(check).collect();
-    laws.into_iter().zip(found).flat_map(|(law, found)| found.into_iter().map(move |finding| (law, finding))).collect()
+    let asked: Vec<_> = laws().filter_map(analytic).collect();
+    let found = asked.par_iter().map(|(law, check)| {
+        progress(law.name);
+        check(effort).into_iter().map(|finding| (*law, finding)).collect::<Vec<_>>()
+    });
+    found.collect::<Vec<_>>().into_iter().flatten().collect()
+}
+
+/// The laws that are about scene files, with their checks.
+fn laws_of_scenes() -> impl Iterator<Item = (&'static Law, fn(&SceneFile, Effort) -> Result<Vec<Finding>, CheckError>)>
+{
+    laws().filter_map(|law| match law.check {
+        Check::Scenes(check) => Some((law, check)),
+        Check::Analytic(_) => None,
+    })
 }
 
 /// All findings of a run, judged at the level that their number of tests leaves to each.
@@ -111,7 +109,7 @@ mod tests {
 
     #[test]
     fn all_laws_hold() {
-        let failed: Vec<_> = rows(findings(laws(), Effort::Quick, &|_| {}), Effort::Quick)
+        let failed: Vec<_> = rows(analytic_findings(|_| true, Effort::Quick, &|_| {}), Effort::Quick)
             .into_iter()
             .filter(|row| !row.passed)
             .map(|row| format!("{}: {}: {:?}", row.name, row.finding.subject, row.finding.measured))

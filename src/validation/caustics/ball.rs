@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::{Lots, column};
 use crate::{
-    law::{Effort, Finding, Law},
+    law::{Check, Effort, Finding, Law},
     math::{Ray, Rgb, rng::Stream},
     photon::{EmittedPhotons, EstimateParameters, GatherPoint, Kernel, Map, Photon, PhotonMapKind},
     scene::Scene,
@@ -26,34 +26,34 @@ pub const LAWS: &[Law] = &[
                 within six distances of the axis with the power of the closed form; equivalent within 0.5 % where most of it does.",
         source: "E = E0 Σ (1-R)² |h / (r r'(h))| over the branches of r(h) = (h - L sin δ) / cos δ, integrated; \
                  1.63620304 (L = 1.2), .59630467 (L = 2), .10913284 (L = 3) and so on: see the tables of theory/ball",
-        check: encircled,
+        check: Check::Analytic(encircled),
     },
     Law {
         name: "caustic/orders",
         claim: "What a glass ball sends out after p - 1 inner reflections has the power of the order p of Airy's series, for p from 0 \
                 to 4, in light from far away and from a near point.",
         source: "∫ R, (1-R)² R^(p-1) over the ball's cross-section: .09177796, .83554440, .06118322, .00799338, .00196821 from far away",
-        check: orders,
+        check: Check::Analytic(orders),
     },
     Law {
         name: "caustic/ball-map",
         claim: "The caustic map's estimates, by each kernel, add up over discs to the power of the closed form.",
         source: "the closed form of caustic/ball; a kernel of a tenth of the disc's radius blurs its rim alone",
-        check: from_map,
+        check: Check::Analytic(from_map),
     },
     Law {
         name: "caustic/folds",
         claim: "Light that has not crossed the axis yet lands within the fold of a ball's caustic, and up to it; from the paraxial focus \
                 on there is none.",
         source: "the greatest r(h): 0.18298115 (L = 1), .12088521, .07402315, .03840370, .02441992, .01303210, .00452285 (L = 1.45)",
-        check: folds,
+        check: Check::Analytic(folds),
     },
     Law {
         name: "caustic/point-source",
         claim: "The caustic of a point light at three radii from a ball has the power of the closed form within four distances of the \
                 axis, and the light that passes the ball leaves a shadow of the radius that geometry demands.",
         source: "refraction as for parallel light, tilted: .158847, .231553, .260749, .286472; the shadow 1.76776695",
-        check: point_source,
+        check: Check::Analytic(point_source),
     },
 ];
 

@@ -6,7 +6,7 @@ use glam::DVec2;
 
 use super::{Lots, column};
 use crate::{
-    law::{Effort, Finding, Law},
+    law::{Check, Effort, Finding, Law},
     math::Rgb,
     photon::{EmittedPhotons, Photon, PhotonMapKind},
     scene::Scene,
@@ -28,13 +28,13 @@ pub const LAWS: &[Law] = &[
         claim: "Parallel light that half a mirror cylinder reflects once has the power of the closed form within four discs on its \
                 floor, and none beyond the nephroid that its rays touch, up to which it comes.",
         source: "E = E0 sin ε ρ Σ 1 / |1 - 2t / (R cos a)|, integrated; the envelope R/4 (3 cos a - cos 3a, 3 sin a - sin 3a)",
-        check: nephroid,
+        check: Check::Analytic(nephroid),
     },
     Law {
         name: "caustic/cardioid",
         claim: "Light of a point above the cylinder has so too, and the curve is a cardioid.",
         source: "the power per angle and distance over |3t/2 - R cos (a/2)|; the envelope R/3 (2 cos a - cos 2a, 2 sin a - sin 2a)",
-        check: cardioid,
+        check: Check::Analytic(cardioid),
     },
 ];
 

@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3};
 
 use super::{Lots, column};
 use crate::{
-    law::{Effort, Finding, Law},
+    law::{Check, Effort, Finding, Law},
     math::{Ray, Rgb},
     photon::{EmittedPhotons, EstimateParameters, GatherPoint, Kernel, Map, PhotonMapKind},
     scene::Scene,
@@ -31,7 +31,7 @@ pub const LAWS: &[Law] = &[
         claim: "Kernels count a photon once in all, and have the second moments and the mean squares that give the bias r² ∇²E / 8, \
                 3/40 and 1/12 and the variance E φ / πr² times 1, 3/2 and 4/3: constant, cone and Epanechnikov.",
         source: "∫ K = 1, ∫ K d²/4, ∫ K²; Silverman 1986, section 4.3",
-        check: kernels,
+        check: Check::Analytic(kernels),
     },
     Law {
         name: "photon-map/bias",
@@ -39,14 +39,14 @@ pub const LAWS: &[Law] = &[
                 them: within a radius and from the k nearest, by each kernel, for several radii, k and numbers of photons.",
         source: "N independent photons: the mean is E blurred by the kernel, the variance (Φ ∫ E K² - mean²) / N; for the k nearest \
                  over Beta(k, N-k+1); Silverman 1986, chapters 4 and 5",
-        check: moments,
+        check: Check::Analytic(moments),
     },
     Law {
         name: "photon-map/convergence",
         claim: "With a radius that shrinks like N^(-1/6) the mean square error falls like N^(-2/3), at each of five N as much as is \
                 predicted.",
         source: "squared bias (r²/8 ∇²E)² and variance EΦ / (πr²N) shrink alike; Silverman 1986, section 4.3",
-        check: convergence,
+        check: Check::Analytic(convergence),
     },
 ];
 

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use glam::{DVec2, DVec3};
 
 use crate::{
-    law::{Effort, Finding, Law},
+    law::{Check, Effort, Finding, Law},
     math::Rgb,
     photon::Kernel,
     render::{Renderer, Replicate},
@@ -23,7 +23,7 @@ pub const LAWS: &[Law] = &[Law {
             with the blur of its kernel exactly, and without it within 2 %.",
     source: "light, glass, floor, glass, eye: (1-R)² of the eye's ray times ρ/π E, E = (1-R)² I sin θ / (x dx/dθ) and \
              x = (h-d) tan θ + d tan θt",
-    check: seen_through,
+    check: Check::Analytic(seen_through),
 }];
 
 pub(in crate::validation) const PANE: Pane = Pane { index: 1.5, thickness: 0.4, height: 2.1, intensity: 1.0 };

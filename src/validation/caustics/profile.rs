@@ -7,7 +7,7 @@ use super::{
     ball::{SUN, landed, over_floor, unit},
 };
 use crate::{
-    law::{Curve, Effort, Finding, Law},
+    law::{Check, Curve, Effort, Finding, Law},
     photon::{EmittedPhotons, PhotonMapKind},
     stats::Chi2,
 };
@@ -18,7 +18,7 @@ pub const LAWS: &[Law] = &[Law {
     claim: "Photons behind a glass ball fall into 30 rings around the axis as the closed form says, before the focus, where a fold \
             bounds the bright disc, and behind it.",
     source: "the closed form of caustic/ball, by Pearson's test; photons of parallel light have equal powers",
-    check: profiles,
+    check: Check::Analytic(profiles),
 }];
 
 const RINGS: u32 = 30;

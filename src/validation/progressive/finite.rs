@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::{ERROR_DRIVEN, Image, PER_PASS, PER_PIXEL, sppm, squares_of_passes};
 use crate::{
-    law::{Effort, Finding, Law},
+    law::{Check, Effort, Finding, Law},
     math::Rgb,
     photon::Kernel,
     render::Renderer,
@@ -27,14 +27,14 @@ pub const LAWS: &[Law] = &[
                 kernel each; and so do their slopes over N, which are not yet those of the limit.",
         source: "N passes of independent photons: the mean is that of E blurred by the kernels, the variance N^-2 Σ (Φ ∫ E K² - mean²) / \
                  M; in the limit N^(α-1) and N^-α, Knaus and Zwicker 2011, section 4",
-        check: passes,
+        check: Check::Analytic(passes),
     },
     Law {
         name: "progressive/finite-n-pixel",
         claim: "With a radius for each pixel, the mean of N passes has the bias and the variance that the radii it had must give; these \
                 shrink like those of passes, by the photons that are expected in them, and so do the slopes over N.",
         source: "given the radii, passes are independent; r² (i + α) / (i + 1) where light is even, and by the blurred E here",
-        check: pixels,
+        check: Check::Analytic(pixels),
     },
 ];
 

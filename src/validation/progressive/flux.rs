@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::{ERROR_DRIVEN, Image, PER_PASS, PER_PIXEL, sppm};
 use crate::{
-    law::{Effort, Finding, Law},
+    law::{Check, Effort, Finding, Law},
     math::Rgb,
     render::Renderer,
     stats::Moments,
@@ -22,7 +22,7 @@ pub const LAWS: &[Law] = &[Law {
             E (1 + ρ + ...): on the walls, in a mirror, in rough metal and through glass, by every kernel, with a radius for each pixel, by its finds or its error, and for each pass, with light \
             straight from lights found by connections and in photons.",
     source: "geometric series; an estimate by a normed kernel is without bias where light is even, whatever its radius",
-    check: furnace,
+    check: Check::Analytic(furnace),
 }];
 
 /// Of the first pass, where the edges of the box are 3.4 m.

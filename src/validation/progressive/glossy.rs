@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{Image, PER_PASS, sppm};
 use crate::{
-    law::{Effort, Finding, Law},
+    law::{Check, Effort, Finding, Law},
     math::Rgb,
     render::Renderer,
     stats::Moments,
@@ -17,7 +17,7 @@ pub const LAWS: &[Law] = &[Law {
     claim: "A ball that shines, in the mirror direction of rough metal, is seen there with R L (1 - μ κ^(3/2) / r³), for three sizes: by \
             connections and paths that go on together, and by these alone.",
     source: "the share of a lobe of roughness r within a cone of cosine μ, κ = r² - 1 + μ²",
-    check: shine,
+    check: Check::Analytic(shine),
 }];
 
 const ROUGHNESS: f64 = 0.35;

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::{Image, PER_PASS, PER_PIXEL, sppm, squares_of_passes};
 use crate::{
-    law::{Effort, Finding, Law},
+    law::{Check, Effort, Finding, Law},
     photon::Kernel,
     render::Renderer,
     stats::{Estimate, Moments},
@@ -24,7 +24,7 @@ pub const LAWS: &[Law] = &[Law {
     claim: "Progressive photon mapping shows a floor under a pane of glass with the radiance of the closed form, at three angles of the \
             eye: with the blur of its passes exactly, and without it within 2 %, with a radius for each pass and for each pixel.",
     source: "the closed form of caustic/pane, blurred by the kernel of each pass",
-    check: seen_through,
+    check: Check::Analytic(seen_through),
 }];
 
 const PHOTONS: u32 = 10_000;

@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_2_SQRT_PI, TAU};
 
 use super::squares_of_passes;
 use crate::{
-    law::{Effort, Finding, Law, worst},
+    law::{Check, Effort, Finding, Law, worst},
     photon::radius::{PixelRadius, of_pass},
 };
 
@@ -16,7 +16,7 @@ pub const LAWS: &[Law] = &[Law {
             are Γ(n+1) Γ(1/α) / Γ(n+1/α) where all passes find the same number.",
     source: "Knaus and Zwicker 2011, eq. (15); Hachisuka and Jensen 2009, eq. (3) and (4); products step by step, Γ by Stirling's \
              series",
-    check: radii,
+    check: Check::Analytic(radii),
 }];
 
 const ALPHAS: [f64; 3] = [0.5, 2.0 / 3.0, 0.8];
