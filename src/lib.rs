@@ -9,7 +9,7 @@
 //!    [`scene`] that they make;
 //! 4. how light travels through it: [`transport`], [`photon`], [`integrator`], [`render`];
 //! 5. all of it looked at from outside: the [`catalogue`] of everything that scene files can name, the [`comparison`] of
-//!    images, the [`evidence`] that claims hold, its [`report`], and the [`study`] of how errors fall.
+//!    images, the [`validation`] of claims, its [`report`], and the [`study`] of how errors fall.
 //!
 //! The command line, `cli`, is the binary's.
 //!
@@ -57,6 +57,6 @@ pub mod integrator;
 pub mod render;
 pub mod catalogue;
 pub mod comparison;
-pub mod evidence;
+pub mod validation;
 pub mod report;
 pub mod study;

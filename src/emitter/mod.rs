@@ -15,6 +15,7 @@ pub use spot::Spot;
 
 use std::f64::consts::PI;
 
+use enum_dispatch::enum_dispatch;
 use glam::{DVec2, DVec3};
 
 use crate::{
@@ -116,6 +117,7 @@ impl EmissionTarget {
 }
 
 /// What an emitter answers. An area light is told the shape that it shines from.
+#[enum_dispatch]
 pub trait EmitterModel {
     /// Draws a direction in which it could be seen from a point; None if it cannot be.
     fn sample_direction(&self, shape: Option<&Shape>, from: DVec3, u: DVec2) -> Option<EmitterSample>;
@@ -155,9 +157,9 @@ pub trait EmitterModel {
     fn power(&self, shape: Option<&Shape>, target: &EmissionTarget) -> Rgb;
 }
 
-catalogue! { ($)
+catalogue! {
     /// A light.
-    pub enum Emitter in Category::Emitter, each_emitter {
+    pub enum Emitter: EmitterModel in Category::Emitter, {
         /// A point.
         Point(Point),
         /// A cone of light.
@@ -168,43 +170,5 @@ catalogue! { ($)
         Area(Area),
         /// The sky, equally bright all around.
         Constant(Constant),
-    }
-}
-
-impl EmitterModel for Emitter {
-    #[inline]
-    fn sample_direction(&self, shape: Option<&Shape>, from: DVec3, u: DVec2) -> Option<EmitterSample> {
-        each_emitter!(self, emitter => emitter.sample_direction(shape, from, u))
-    }
-
-    #[inline]
-    fn pdf_direction(&self, shape: Option<&Shape>, from: DVec3, surface: Option<&Surface>) -> PerSolidAngle {
-        each_emitter!(self, emitter => emitter.pdf_direction(shape, from, surface))
-    }
-
-    #[inline]
-    fn surface_radiance(&self, surface: &Surface, towards: DVec3) -> Rgb {
-        each_emitter!(self, emitter => emitter.surface_radiance(surface, towards))
-    }
-
-    fn environment_radiance(&self, direction: DVec3) -> Rgb {
-        each_emitter!(self, emitter => emitter.environment_radiance(direction))
-    }
-
-    fn is_environment(&self) -> bool {
-        each_emitter!(self, emitter => emitter.is_environment())
-    }
-
-    fn is_distant(&self) -> bool {
-        each_emitter!(self, emitter => emitter.is_distant())
-    }
-
-    #[inline]
-    fn emit(&self, shape: Option<&Shape>, target: &EmissionTarget, u: [DVec2; 2]) -> Option<Emission> {
-        each_emitter!(self, emitter => emitter.emit(shape, target, u))
-    }
-
-    fn power(&self, shape: Option<&Shape>, target: &EmissionTarget) -> Rgb {
-        each_emitter!(self, emitter => emitter.power(shape, target))
     }
 }

@@ -3,9 +3,12 @@
 //! splatting's ratio bias; pixels share no samples, so they are independent and each has an honest variance.
 //! Ernst, Stamminger and Greiner 2006, "Filter Importance Sampling".
 
+use enum_dispatch::enum_dispatch;
+
 use crate::scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, catalogue};
 
 /// What a filter answers: its profile along one axis, in pixels; the filter is the product of two.
+#[enum_dispatch]
 pub trait FilterModel {
     /// Beyond this distance it is zero.
     fn radius(&self) -> f64;
@@ -13,25 +16,15 @@ pub trait FilterModel {
     fn eval(&self, x: f64) -> f64;
 }
 
-catalogue! { ($)
+catalogue! {
     /// A reconstruction filter.
-    pub enum Filter in Category::Filter, each_filter {
+    pub enum Filter: FilterModel in Category::Filter, {
         /// One pixel wide.
         Box(Box),
         /// A bell.
         Gaussian(Gaussian),
         /// A triangle.
         Tent(Tent),
-    }
-}
-
-impl FilterModel for Filter {
-    fn radius(&self) -> f64 {
-        each_filter!(self, filter => filter.radius())
-    }
-
-    fn eval(&self, x: f64) -> f64 {
-        each_filter!(self, filter => filter.eval(x))
     }
 }
 

@@ -8,7 +8,6 @@ mod aov;
 mod depth;
 mod direct;
 mod estimator;
-pub mod laws;
 mod moment;
 mod overrides;
 mod params;

@@ -7,7 +7,6 @@ mod estimate;
 pub mod files;
 mod grid;
 mod kernel;
-pub mod laws;
 mod map;
 mod octahedral;
 pub mod radius;

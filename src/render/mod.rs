@@ -2,7 +2,6 @@
 
 pub mod checkpoint;
 pub mod drive;
-pub mod laws;
 
 use std::ops::Range;
 

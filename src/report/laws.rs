@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{anchor, mark::Mark, number, plot};
-use crate::{evidence::Row, law::Measured};
+use crate::{law::Measured, validation::Row};
 
 /// A law with more findings than this is folded up.
 const HANDFUL: usize = 4;

@@ -1,6 +1,6 @@
 use serde::Serialize;
 
-use crate::{evidence::SceneEvidence, stats::Outcome};
+use crate::{stats::Outcome, validation::SceneEvidence};
 
 /// Pass or fail for the eye: a symbol and a word, and a class for the colour that only repeats them.
 #[derive(Clone, Copy, Debug, Serialize)]

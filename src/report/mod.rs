@@ -27,9 +27,9 @@ pub(crate) use page::{environment, now};
 use std::path::{Path, PathBuf};
 
 use crate::{
-    evidence::Evidence,
     film::exr::{FileError, write_whole},
     law::Effort,
+    validation::Evidence,
 };
 
 /// Writes the page under a root and returns its path: `reports/verify/index.html`, or `reports/verify/part.html` if only

@@ -7,9 +7,9 @@ use serde::Serialize;
 
 use super::{command, laws, laws::Group, mark::Mark, number, scenes::SceneView};
 use crate::{
-    evidence::{Evidence, Row, SCALED},
     law::{Effort, Measured},
     stats::{VerdictConfig, multiple::sidak_p},
+    validation::{Evidence, Row, SCALED},
 };
 
 /// What is on the page.

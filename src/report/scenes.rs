@@ -5,8 +5,8 @@ use serde::Serialize;
 use super::{anchor, histogram::Histogram, mark::Mark, number, pictures::Pictures};
 use crate::{
     comparison::TILE,
-    evidence::{SCALED, SceneEvidence},
     stats::{Outcome, Verdict, verdict::PeakTest},
+    validation::{SCALED, SceneEvidence},
 };
 
 const CHANNELS: [&str; 3] = ["red", "green", "blue"];

@@ -1,6 +1,6 @@
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Crossing, Hit, Line, ShapeModel, ShapeSample, Span, Surface, affine::Affine};
+use super::{Crossing, Hit, Line, ShapeModel, ShapeSample, SolidModel, Span, Surface, affine::Affine};
 use crate::{
     math::{Aabb, PerArea, Ray},
     scene_file::{Category, Described, Params, Plugin, SceneError},
@@ -74,19 +74,6 @@ impl ShapeModel for Cube {
         ray.contains(t).then_some(Hit::new(t, face as u32, DVec2::ZERO))
     }
 
-    fn check_solid(&self) -> Result<(), String> {
-        Ok(())
-    }
-
-    fn is_convex(&self) -> bool {
-        true
-    }
-
-    fn span(&self, line: &Line) -> Option<Span> {
-        let found = CANONICAL.cross(&self.affine.ray(&line.ray))?;
-        Some(found.map(|(t, face)| Crossing::new(t, face as u32)))
-    }
-
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
         let face = hit.primitive as usize;
         let mut local = self.affine.ray(ray).at(hit.t);
@@ -124,5 +111,20 @@ impl ShapeModel for Cube {
 
     fn pdf_position(&self, _surface: &Surface) -> PerArea {
         self.pdf
+    }
+}
+
+impl SolidModel for Cube {
+    fn check_solid(&self) -> Result<(), String> {
+        Ok(())
+    }
+
+    fn is_convex(&self) -> bool {
+        true
+    }
+
+    fn span(&self, line: &Line) -> Option<Span> {
+        let found = CANONICAL.cross(&self.affine.ray(&line.ray))?;
+        Some(found.map(|(t, face)| Crossing::new(t, face as u32)))
     }
 }

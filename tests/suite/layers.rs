@@ -7,10 +7,12 @@ use std::{
 
 use crate::kit;
 
-/// The modules of the library, in the order of `lib.rs`.
-fn modules() -> Vec<String> {
-    let text = fs::read_to_string(kit::root().join("src/lib.rs")).unwrap();
-    let name = |line: &str| Some(line.strip_prefix("pub mod ")?.strip_suffix(';')?.to_owned());
+/// The modules that a file declares, in their order.
+fn modules(file: &str) -> Vec<String> {
+    let text = fs::read_to_string(kit::root().join(file)).unwrap();
+    let name = |line: &str| {
+        line.strip_prefix("pub ").unwrap_or(line).strip_prefix("mod ")?.strip_suffix(';').map(str::to_owned)
+    };
     text.lines().filter_map(name).collect()
 }
 
@@ -22,13 +24,13 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
         .collect()
 }
 
-/// The modules that a text names with `crate::`, alone or as the items of a group; `$crate` in a macro speaks for
-/// whoever calls it.
-fn used(text: &str) -> Vec<String> {
+/// The modules that a text names after `prefix`, such as `crate::`, alone or as the items of a group; `$crate` in a macro
+/// speaks for whoever calls it.
+fn used(text: &str, prefix: &str) -> Vec<String> {
     let code: String = text.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n");
     let mut found = Vec::new();
-    for (at, _) in code.match_indices("crate::").filter(|(at, _)| !code[..*at].ends_with('$')) {
-        let rest = &code[at + "crate::".len()..];
+    for (at, _) in code.match_indices(prefix).filter(|(at, _)| !code[..*at].ends_with('$')) {
+        let rest = &code[at + prefix.len()..];
         match rest.strip_prefix('{') {
             Some(group) => found.extend(items(group)),
             None => found.push(word(rest)),
@@ -62,31 +64,44 @@ fn word(text: &str) -> String {
     text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
 }
 
-#[test]
-fn no_module_uses_one_below_it() {
-    let modules = modules();
+/// Counts the uses of modules of a list by one another, and fails at the first of one that stands below its user.
+///
+/// `folder` holds the modules, and its files name them after `prefix`. Files of `outside` may use all of them.
+fn edges(folder: &str, modules: &[String], prefix: &str, outside: &[&str]) -> usize {
     let position = |name: &str| modules.iter().position(|module| module == name);
-    let folder = kit::root().join("src");
+    let folder = kit::root().join(folder);
     let mut edges = 0;
     for path in sources(&folder) {
         let inside = path.strip_prefix(&folder).unwrap();
         let top = inside.iter().next().unwrap().to_str().unwrap().trim_end_matches(".rs");
-        // The binary and `lib.rs` itself stand above no one.
         let Some(here) = position(top) else {
-            assert!(["cli", "main", "lib"].contains(&top), "{top} is not in src/lib.rs");
+            assert!(outside.contains(&top), "{top} is not declared");
             continue;
         };
-        for name in used(&fs::read_to_string(&path).unwrap()) {
+        for name in used(&fs::read_to_string(&path).unwrap(), prefix) {
             let there = position(&name);
-            assert!(there.is_none_or(|there| there <= here), "{} uses {name}, which stands below it", inside.display());
+            assert!(there.is_none_or(|there| there <= here), "{} uses {name}, which stands below it", path.display());
             edges += usize::from(there.is_some());
         }
     }
+    edges
+}
+
+#[test]
+fn no_module_uses_one_below_it() {
+    let edges = edges("src", &modules("src/lib.rs"), "crate::", &["cli", "main", "lib"]);
     assert!(edges > 100, "only {edges} uses were found");
+}
+
+#[test]
+fn no_topic_of_validation_uses_one_below_it() {
+    let edges = edges("src/validation", &modules("src/validation/mod.rs"), "validation::", &["mod"]);
+    assert!(edges > 30, "only {edges} uses were found");
 }
 
 #[test]
 fn groups_and_paths_are_understood() {
     let text = "use crate::{\n    a::{b, c},\n    d,\n};\n// crate::e\nlet x = crate::f::g(); $crate::h";
-    assert_eq!(used(text), ["a", "d", "f"]);
+    assert_eq!(used(text, "crate::"), ["a", "d", "f"]);
+    assert_eq!(used("use crate::{a, validation::{b::c, d}};", "validation::"), ["b", "d"]);
 }

@@ -20,7 +20,7 @@ use std::marker::PhantomData;
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Crossings, Hit, Line, ShapeModel, ShapeSample, Surface, bvh::Bvh};
+use super::{Crossings, Hit, Line, ShapeModel, ShapeSample, SolidModel, Surface, bvh::Bvh};
 use crate::{
     math::{Aabb, Frame, PerArea, Ray, warp},
     scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
@@ -327,6 +327,18 @@ impl<F> ShapeModel for Mesh<F> {
         self.slivers.len()
     }
 
+    fn edge_distance(&self, surface: &Surface) -> Option<f64> {
+        let [a, b, c] = self.triangles.triangle(surface.primitive);
+        let beside = |p: DVec3, q: DVec3| (q - p).normalize().cross(surface.p - p).length();
+        Some(beside(a, b).min(beside(b, c)).min(beside(c, a)))
+    }
+
+    fn open_edges(&self) -> Option<OpenEdges> {
+        if self.allow_open { None } else { solid::open_edges(&self.triangles, &self.slivers) }
+    }
+}
+
+impl<F> SolidModel for Mesh<F> {
     fn check_solid(&self) -> Result<(), String> {
         match solid::open_edges(&self.triangles, &self.slivers) {
             Some(edges) => Err(edges.to_string()),
@@ -348,15 +360,5 @@ impl<F> ShapeModel for Mesh<F> {
         let weights = DVec2::new(share(c, a), share(a, b)).max(DVec2::ZERO);
         let surface = self.point(hit.primitive, weights / (weights.x + weights.y).max(1.0));
         if surface.n.dot(self.outward * n) < 0.0 { surface.flipped() } else { surface }
-    }
-
-    fn edge_distance(&self, surface: &Surface) -> Option<f64> {
-        let [a, b, c] = self.triangles.triangle(surface.primitive);
-        let beside = |p: DVec3, q: DVec3| (q - p).normalize().cross(surface.p - p).length();
-        Some(beside(a, b).min(beside(b, c)).min(beside(c, a)))
-    }
-
-    fn open_edges(&self) -> Option<OpenEdges> {
-        if self.allow_open { None } else { solid::open_edges(&self.triangles, &self.slivers) }
     }
 }
