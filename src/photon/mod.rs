@@ -12,7 +12,6 @@ pub mod radius;
 mod shadow;
 mod trace;
 
-pub use border::mass_within;
 pub use grid::Grid;
 pub use kernel::Kernel;
 pub use map::{EstimateParameters, GatherPoint, Map};
