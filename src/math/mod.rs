@@ -4,6 +4,7 @@
 //! radii in `f64`; in `f32` it would be `2e-5`, which no quadric or slope fit can carry.
 
 mod aabb;
+mod distribution;
 mod frame;
 mod measure;
 mod ray;
@@ -12,6 +13,7 @@ pub mod roots;
 pub mod warp;
 
 pub use aabb::Aabb;
+pub use distribution::{Distribution1D, Draw};
 pub use frame::{Frame, cos_theta};
 pub use measure::{PerArea, PerSolidAngle};
 pub use ray::Ray;

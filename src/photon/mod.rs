@@ -14,7 +14,6 @@ mod shadow;
 mod stored;
 mod trace;
 
-pub use border::mass_within;
 pub use estimate::{EstimateParameters, GatherPoint, NearbyPhoton, PhotonLookup, radiance_estimate};
 pub use grid::{GridLookup, PhotonGrid};
 pub use kernel::Kernel;

@@ -128,34 +128,12 @@ impl BallLens {
         turns.map(|ray| Fold { offset: ray.offset, radius: ray.landing(plane).abs() }).collect()
     }
 
-    /// Where the ray of an offset touches the caustic surface: its z and its distance from the axis.
-    #[must_use]
-    pub fn caustic(&self, offset: f64) -> [f64; 2] {
-        let ray = self.leaving((offset / self.radius).asin());
-        let (sin, cos) = ray.tilt.sin_cos();
-        let lever = ray.offset_slope / ray.tilt_slope;
-        [lever * cos + ray.offset * sin, (ray.offset * cos - lever * sin).abs()]
-    }
-
     /// The radius of the ball's shadow on the plane at `z = plane`.
     #[must_use]
     pub fn shadow_radius(&self, plane: f64) -> f64 {
         match self.light {
             Light::Collimated { .. } => self.radius,
             Light::Point { distance, .. } => (distance + plane) * (self.radius / distance).asin().tan(),
-        }
-    }
-
-    /// The irradiance of light that has not met the ball, at a distance `r` from the axis on the plane at `z = plane`.
-    #[must_use]
-    pub fn direct_irradiance(&self, plane: f64, r: f64) -> f64 {
-        match self.light {
-            _ if r < self.shadow_radius(plane) => 0.0,
-            Light::Collimated { irradiance } => irradiance,
-            Light::Point { intensity, distance } => {
-                let h = distance + plane;
-                intensity * h / (h * h + r * r).powf(1.5)
-            }
         }
     }
 

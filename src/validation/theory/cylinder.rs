@@ -12,7 +12,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use glam::DVec2;
 
-use super::numeric::{crossing, integral, monotone, root};
+use super::numeric::{crossing, integral, monotone};
 
 /// Half a cylinder that mirrors on its inside, over a floor.
 #[derive(Clone, Copy, Debug)]
@@ -46,36 +46,7 @@ pub enum Light {
     },
 }
 
-/// A ray that brings light to a place on the floor.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Branch {
-    /// The angle `a` at which it meets the wall.
-    pub angle: f64,
-    /// The horizontal distance from the wall to the place.
-    pub distance: f64,
-}
-
 impl HalfCylinder {
-    /// The irradiance of light that has not met the mirror, within the circle.
-    #[must_use]
-    pub fn direct_irradiance(&self, place: DVec2) -> f64 {
-        match self.light {
-            Light::Collimated { irradiance, elevation } => irradiance * elevation.sin(),
-            Light::OnCircle { intensity, height } => {
-                let u = place.distance(DVec2::new(-self.radius, 0.0));
-                intensity * height / height.hypot(u).powi(3)
-            }
-        }
-    }
-
-    /// The irradiance of light that the mirror has reflected once, within the circle and off the caustic.
-    #[must_use]
-    pub fn reflected_irradiance(&self, place: DVec2) -> f64 {
-        let density =
-            |Branch { angle, distance }| self.power_pdf(angle, distance) / self.determinant(angle, distance).abs();
-        self.reflectance * self.branches(place).into_iter().map(density).sum::<f64>()
-    }
-
     /// The power that the mirror has reflected once and that lands within a disc, which the caustic may cross.
     ///
     /// Every ray runs straight over the disc, so that one integral over the angle is left.
@@ -97,17 +68,6 @@ impl HalfCylinder {
             power += integral(|s| within(middle + half * s.sin()) * half * s.cos(), [-FRAC_PI_2, FRAC_PI_2]).abs();
         }
         self.reflectance * power
-    }
-
-    /// The rays that bring light to a place within the circle after one reflection.
-    #[must_use]
-    pub fn branches(&self, place: DVec2) -> Vec<Branch> {
-        let meeting = |piece| {
-            let angle = root(|angle| self.seen_from(angle, place)[0], piece)?;
-            let [_, distance] = self.seen_from(angle, place);
-            (distance > 0.0 && distance < self.reach(angle)).then_some(Branch { angle, distance })
-        };
-        self.monotone_in(place).into_iter().filter_map(meeting).collect()
     }
 
     /// Where the rays that meet the wall at an angle from -π/2 to π/2 touch the caustic.
@@ -189,9 +149,13 @@ impl HalfCylinder {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::{math::rng::Stream, validation::theory::density::disc_power};
     use glam::DVec3;
+
+    use super::*;
+    use crate::{
+        math::rng::Stream,
+        validation::theory::{density::disc_power, numeric::root},
+    };
 
     const SUN: HalfCylinder = HalfCylinder {
         radius: 1.0,
@@ -207,6 +171,44 @@ mod tests {
     fn rooms() -> [HalfCylinder; 2] {
         let sun = Light::Collimated { irradiance: 2.0, elevation: 0.6 };
         [sun, Light::OnCircle { intensity: 3.0, height: 2.2 }].map(room)
+    }
+
+    /// A ray that brings light to a place on the floor.
+    struct Branch {
+        /// The angle `a` at which it meets the wall.
+        angle: f64,
+        /// The horizontal distance from the wall to the place.
+        distance: f64,
+    }
+
+    impl HalfCylinder {
+        /// The irradiance of light that has not met the mirror, within the circle.
+        fn direct_irradiance(&self, place: DVec2) -> f64 {
+            match self.light {
+                Light::Collimated { irradiance, elevation } => irradiance * elevation.sin(),
+                Light::OnCircle { intensity, height } => {
+                    let u = place.distance(DVec2::new(-self.radius, 0.0));
+                    intensity * height / height.hypot(u).powi(3)
+                }
+            }
+        }
+
+        /// The irradiance of light that the mirror has reflected once, within the circle and off the caustic.
+        fn reflected_irradiance(&self, place: DVec2) -> f64 {
+            let density =
+                |Branch { angle, distance }| self.power_pdf(angle, distance) / self.determinant(angle, distance).abs();
+            self.reflectance * self.branches(place).into_iter().map(density).sum::<f64>()
+        }
+
+        /// The rays that bring light to a place within the circle after one reflection.
+        fn branches(&self, place: DVec2) -> Vec<Branch> {
+            let meeting = |piece| {
+                let angle = root(|angle| self.seen_from(angle, place)[0], piece)?;
+                let [_, distance] = self.seen_from(angle, place);
+                (distance > 0.0 && distance < self.reach(angle)).then_some(Branch { angle, distance })
+            };
+            self.monotone_in(place).into_iter().filter_map(meeting).collect()
+        }
     }
 
     #[test]

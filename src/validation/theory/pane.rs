@@ -8,11 +8,11 @@
 //! `6 + 2 (p + q)` segments, and at least 8 if it meets the floor twice: at a `max_depth` of 6 or 7 the orders 0 are
 //! all there is.
 
-use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, TAU};
+use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 
 use glam::{DVec2, DVec3};
 
-use super::numeric::{bisect, integral};
+use super::numeric::bisect;
 use crate::bsdf::fresnel;
 
 /// A point light over a floor with a pane of glass in between.
@@ -64,13 +64,6 @@ impl Pane {
         self.intensity * self.share(angle, order) / (self.stretch(self.height, angle, order) * slope)
     }
 
-    /// The power of one order within a distance of the place below the light.
-    #[must_use]
-    pub fn encircled_power(&self, distance: f64, order: u32) -> f64 {
-        let within = |angle: f64| TAU * self.intensity * angle.sin() * self.share(angle, order);
-        integral(within, [0.0, self.angle(distance, order)])
-    }
-
     /// Where a ray that comes down from an eye above the pane arrives at, for the orders 0, 1, 2 and so on.
     pub fn footprints(&self, eye: DVec3, direction: DVec3) -> impl Iterator<Item = Footprint> {
         let angle = direction.truncate().length().atan2(-direction.z);
@@ -113,10 +106,20 @@ impl Pane {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
-    use crate::math::rng::Stream;
+    use crate::{math::rng::Stream, validation::theory::numeric::integral};
 
     const PANE: Pane = Pane { index: 1.5, thickness: 0.4, height: 2.1, intensity: 3.0 };
+
+    impl Pane {
+        /// The power of one order within a distance of the place below the light.
+        fn encircled_power(&self, distance: f64, order: u32) -> f64 {
+            let within = |angle: f64| TAU * self.intensity * angle.sin() * self.share(angle, order);
+            integral(within, [0.0, self.angle(distance, order)])
+        }
+    }
 
     #[test]
     fn the_orders_make_up_the_slab() {

@@ -6,6 +6,28 @@ use crate::{math::rng::Stream, stats::Moments};
 const SUN: BallLens = BallLens { radius: 1.0, index: 1.5, light: Light::Collimated { irradiance: 1.0 } };
 const LAMP: BallLens = BallLens { radius: 1.0, index: 1.5, light: Light::Point { intensity: 1.0, distance: 3.0 } };
 
+impl BallLens {
+    /// Where the ray of an offset touches the caustic surface: its z and its distance from the axis.
+    fn caustic(&self, offset: f64) -> [f64; 2] {
+        let ray = self.leaving((offset / self.radius).asin());
+        let (sin, cos) = ray.tilt.sin_cos();
+        let lever = ray.offset_slope / ray.tilt_slope;
+        [lever * cos + ray.offset * sin, (ray.offset * cos - lever * sin).abs()]
+    }
+
+    /// The irradiance of light that has not met the ball, at a distance `r` from the axis on the plane at `z = plane`.
+    fn direct_irradiance(&self, plane: f64, r: f64) -> f64 {
+        match self.light {
+            _ if r < self.shadow_radius(plane) => 0.0,
+            Light::Collimated { irradiance } => irradiance,
+            Light::Point { intensity, distance } => {
+                let h = distance + plane;
+                intensity * h / (h * h + r * r).powf(1.5)
+            }
+        }
+    }
+}
+
 /// Half of the last of eight digits.
 const ROUNDING: f64 = 5.1e-9;
 
