@@ -10,6 +10,7 @@
 Whatever goes wrong is a `UserError` whose text is one line.
 """
 
+import argparse
 import os
 import shutil
 import subprocess
@@ -169,22 +170,28 @@ def _need_file(path: PathLike) -> None:
 # --- the program -------------------------------------------------------------------------------------------------------
 
 
-def binary() -> Path:
-    """The etendue program: $ETENDUE, else target/release/etendue of this repository, else the one on the PATH.
+def binary(named: PathLike | None = None) -> Path:
+    """The etendue program that every script starts.
 
-    Raises UserError if there is none; it says how to build one.
+    It is `named`, else $ETENDUE, else target/release/etendue of this repository, else the one on the PATH. Raises UserError if
+    there is none; the message says how to build one.
     """
-    named = os.environ.get("ETENDUE")
-    if named:
-        found = shutil.which(named)
-        if found is None:
-            raise UserError(f"$ETENDUE names no program: {named}")
-        return Path(found).resolve()
+    for source, name in (("--etendue", named), ("$ETENDUE", os.environ.get("ETENDUE"))):
+        if name:
+            found = shutil.which(name)
+            if found is None:
+                raise UserError(f"{source}: there is no program {os.fspath(name)}")
+            return Path(found).resolve()
     built = ROOT / "target" / "release" / "etendue"
     found = str(built) if built.is_file() else shutil.which("etendue")
     if found is None:
         raise UserError(f"no etendue program: build it with `cargo build --release` in {ROOT}, or set $ETENDUE to one")
     return Path(found).resolve()
+
+
+def add_program_option(parser: argparse.ArgumentParser) -> None:
+    """Give a script the option `--etendue`, whose value `binary` takes."""
+    parser.add_argument("--etendue", metavar="PROGRAM", help="the program (default: $ETENDUE, else target/release/etendue)")
 
 
 def run(arguments: Sequence[PathLike | int], good: Sequence[int] = (0,), cwd: PathLike | None = None) -> tuple[int, str]:

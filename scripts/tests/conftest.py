@@ -66,12 +66,12 @@ def tiny_study(tiny: Path) -> Callable[..., Path]:
 
 @pytest.fixture
 def stub(tmp_path: Path) -> Path:
-    """A stand-in for the etendue binary: logs its calls, renders an empty file, and compares with $STUB_VERDICT."""
+    """A stand-in for the etendue program: it logs its calls, renders an empty file, and compares with exit code $STUB_VERDICT."""
     path = tmp_path / "etendue-stub"
     path.write_text(
         "#!/bin/sh\n"
         'echo "$@" >> "$(dirname "$0")/calls"\n'
-        'if [ "$1" = render ]; then [ "$3" = -o ] && : > "$4"; exit; fi\n'
+        'if [ "$1" = render ]; then [ "$3" = --replay ] || : > "$4"; exit; fi\n'
         '[ "$1" = compare ] && [ -f "$2" ] && [ -f "$3/tiles.npy" ] && exit "$STUB_VERDICT"\n'
         "exit 2\n"
     )

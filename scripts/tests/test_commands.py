@@ -1,5 +1,6 @@
 """The commands from end to end, on a tiny scene."""
 
+import os
 import subprocess
 import sys
 import tomllib
@@ -9,6 +10,7 @@ import numpy as np
 import OpenEXR
 import pytest
 
+import compare_live
 import mitsuba_reference as ref
 
 SCRIPTS = ref.ROOT / "scripts"
@@ -83,8 +85,9 @@ def test_the_sampler_is_always_independent(tiny: Path, renderer: ref.Renderer) -
 
 
 def test_llvm_is_used_where_there_is_one(renderer: ref.Renderer) -> None:
-    assert renderer.variant == ("llvm_ad_rgb" if ref.newest_llvm() else "scalar_rgb")
-    assert (renderer.llvm == "none") == (ref.newest_llvm() is None)
+    found = os.environ.get("DRJIT_LIBLLVM_PATH") or ref.newest_llvm()
+    assert renderer.variant == ("llvm_ad_rgb" if found else "scalar_rgb")
+    assert (renderer.llvm == "none") == (not found)
 
 
 def test_parameters_reach_mitsuba(tiny: Path, renderer: ref.Renderer) -> None:
@@ -132,7 +135,7 @@ def test_check_finds_a_reference_without_a_scene(tmp_path: Path) -> None:
         ("make_references.py", ["no-such-scene"], "no scene is called 'no-such-scene'; known: "),
         ("make_references.py", ["depth-crop", "--batches", "1"], "--batches within 2 .. 4096"),
         ("compare_live.py", ["x.xml", "-D", "spp"], "-D spp: expected NAME=VALUE"),
-        ("compare_live.py", ["x.xml", "--etendue", "/no/such/binary"], "no etendue binary at /no/such/binary"),
+        ("compare_live.py", ["x.xml", "--etendue", "/no/such/binary"], "--etendue: there is no program /no/such/binary"),
         ("make_assets.py", ["--out", "/dev/null/x"], "Not a directory"),
     ],
 )
@@ -143,7 +146,7 @@ def test_bad_input_is_one_line_and_exit_code_2(script: str, arguments: list[str]
     assert message in found.stderr
 
 
-@pytest.mark.parametrize("script", ["make_assets.py", "make_references.py", "compare_live.py"])
+@pytest.mark.parametrize("script", sorted(path.name for path in SCRIPTS.glob("*.py") if path.read_text().startswith("#!")))
 def test_help(script: str) -> None:
     found = run(script, "--help")
     assert found.returncode == 0 and "usage:" in found.stdout
@@ -153,15 +156,42 @@ def test_help(script: str) -> None:
 def test_compare_live_passes_the_verdict_on(tiny: Path, stub: Path, tmp_path: Path, verdict: str, code: int) -> None:
     out = tmp_path / "live"
     live = ["--spp", "4", "--batches", "3", "-D", "lit=0.6", "--integrator", "direct", "--threads", "2", "--json"]
-    found = run("compare_live.py", tiny, "--etendue", stub, "--out", out, *live, STUB_VERDICT=verdict)
+    found = run("compare_live.py", tiny, "--out", out, *live, STUB_VERDICT=verdict, ETENDUE=str(stub))
     assert found.returncode == code, found.stderr
-    image = out / "etendue.exr"
+    image, options = out / "etendue.exr", "-D lit=0.6 --spp 12 --seed 0 --integrator direct --threads 2"
     assert (stub.parent / "calls").read_text().splitlines() == [
-        f"render {tiny} -o {image} -D lit=0.6 --spp 12 --seed 0 --integrator direct --threads 2",
+        f"render {tiny} --replay 0,0,0 {options}",
+        f"render {tiny} -o {image} {options}",
         f"compare {image} {out} --json",
     ]
     assert ref.stale_reasons(tiny, out) == []
     assert tomllib.loads((out / "PROVENANCE.toml").read_text())["parameters"] == {"lit": "0.6"}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "options", "message"),
+    [
+        ('type="sphere"', 'type="spher"', [], r"tiny\.xml:\d+:\d+: .*spher"),
+        ('name="fov"', 'name="fow"', [], r"tiny\.xml:\d+:\d+: .*fow"),
+        ('type="sphere"', 'type="sphere"', ["-D", "lid=0.5"], "lid"),
+        ('type="sphere"', 'type="sphere"', ["--integrator", "pat"], "pat"),
+    ],
+)
+def test_compare_live_reports_a_mistake_before_mitsuba_starts(
+    tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, old: str, new: str, options: list[str], message: str
+) -> None:
+    tiny.write_text(tiny.read_text().replace(old, new))
+    monkeypatch.setattr(ref, "start_mitsuba", lambda: pytest.fail("Mitsuba was started"))
+    monkeypatch.setattr(sys, "argv", ["compare_live.py", str(tiny), "--out", str(tmp_path / "out"), *options])
+    with pytest.raises(ref.UserError, match=message) as caught:
+        compare_live.compare(compare_live.parse_arguments(), tmp_path / "out")
+    assert "\n" not in str(caught.value) and not (tmp_path / "out").exists()
+
+
+def test_compare_live_takes_the_option_before_the_environment(tiny: Path, stub: Path, tmp_path: Path) -> None:
+    options = ["--spp", "4", "--batches", "2", "--out", tmp_path / "live", "--etendue", stub]
+    found = run("compare_live.py", tiny, *options, STUB_VERDICT="0", ETENDUE="/no/such")
+    assert found.returncode == 0, found.stderr
 
 
 def test_without_llvm_the_scalar_variant_renders_and_says_so(tiny: Path, tmp_path: Path) -> None:

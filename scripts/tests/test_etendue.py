@@ -151,8 +151,11 @@ def test_where_the_program_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPa
             monkeypatch.setenv("ETENDUE", str(path))
         assert etendue.binary() == path
     monkeypatch.setenv("ETENDUE", str(tmp_path / "none"))
-    with pytest.raises(UserError, match=r"\$ETENDUE names no program: .*none"):
+    with pytest.raises(UserError, match=r"\$ETENDUE: there is no program .*none"):
         etendue.binary()
+    assert etendue.binary(tmp_path / "mine") == tmp_path / "mine"
+    with pytest.raises(UserError, match=r"--etendue: there is no program .*theirs"):
+        etendue.binary(tmp_path / "theirs")
 
 
 @pytest.mark.parametrize(
