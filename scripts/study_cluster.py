@@ -51,7 +51,9 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--only", default="*", metavar="GLOB", help="only cells whose names match (default: all)")
     parser.add_argument("--shards", type=positive, default=1, metavar="N", help="tasks that a run is split into (default: 1)")
     parser.add_argument("--threads", type=positive, metavar="N", help="threads of a task (default: what a worker has)")
-    parser.add_argument("--every", default="30s", metavar="TIME", help="between checkpoints (default: %(default)s)")
+    parser.add_argument(
+        "--checkpoint-every", "--every", default="30s", metavar="TIME", help="time between checkpoints (default: %(default)s)"
+    )
     parser.add_argument("--retries", type=positive, default=10, metavar="N", help="of a part, if workers die (default: 10)")
     parser.add_argument("--no-evaluate", action="store_true", help="only make the runs")
     where = parser.add_argument_group("where").add_mutually_exclusive_group()
@@ -247,7 +249,7 @@ def work(arguments: argparse.Namespace) -> int:
     runs = missing_runs(arguments.study, arguments.out, arguments.only)
     faults: list[str] = []
     if runs:
-        options = (etendue.binary(), arguments.shards, threads(arguments), arguments.every)
+        options = (etendue.binary(), arguments.shards, threads(arguments), arguments.checkpoint_every)
         parts = [study_parts.split(run, *options) for run in runs]
         client, cluster = connect(arguments)
         try:

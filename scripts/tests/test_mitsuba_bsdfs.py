@@ -46,7 +46,13 @@ def arriving(mi: Any, wi: list[float]) -> Any:
     return si
 
 
+def need_wavefront(mi: Any) -> None:
+    if "scalar" in mi.variant():
+        pytest.skip("needs a wavefront: Mitsuba found no libLLVM and runs scalar_rgb")
+
+
 def chi2_p_value(mi: Any, kind: str, parameters: str, wi: list[float], res: int) -> float:
+    need_wavefront(mi)
     from mitsuba.chi2 import BSDFAdapter, ChiSquareTest, SphericalDomain
 
     sample, pdf = BSDFAdapter(kind, parameters, wi=wi)
@@ -81,11 +87,10 @@ def test_metal_samples_its_density(mi: Any, roughness: float, incidence: float) 
 
 def estimated_albedo(mi: Any, bsdf: Any, incidence: float, count: int = 4_000_000) -> tuple[float, float]:
     """Mean and standard error of eval over a cosine-weighted direction: samples no lobe of the BSDF's own."""
+    need_wavefront(mi)
     rng = np.random.default_rng(5)
     u, v = (rng.random(count) for _ in range(2))
     wo = np.stack([np.sqrt(u) * np.cos(2 * np.pi * v), np.sqrt(u) * np.sin(2 * np.pi * v), np.sqrt(1 - u)])
-    if "scalar" in mi.variant():
-        pytest.skip("needs a wavefront: Mitsuba found no libLLVM and runs scalar_rgb")
     values = np.array(bsdf.eval(mi.BSDFContext(), arriving(mi, direction(incidence)), mi.Vector3f(wo)))[0] / wo[2] * np.pi
     return float(values.mean()), float(values.std() / math.sqrt(count))
 

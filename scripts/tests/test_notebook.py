@@ -32,7 +32,8 @@ def test_it_draws_a_study(tiny_study: Callable[..., Path], tmp_path: Path, monke
     monkeypatch.setenv("OUT", str(tmp_path / "out"))
     monkeypatch.setenv("ETENDUE", str(etendue.binary()))
     notebook = nbformat.read(NOTEBOOK, as_version=4)
-    NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(NOTEBOOK.parent)}}).execute()
+    resources = {"metadata": {"path": str(NOTEBOOK.parent)}}
+    NotebookClient(notebook, timeout=None, startup_timeout=600, resources=resources).execute()
     table, figure = results(notebook)
     rows = etendue.read_rows(tmp_path / "out")
     for samples, group in rows.groupby("spp"):
