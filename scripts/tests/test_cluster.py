@@ -76,9 +76,9 @@ def renders(process: Process, program: Path) -> list[psutil.Process]:
 
 
 def checkpoints(out: Path) -> dict[Path, int]:
-    """The checkpoints of unfinished parts, and when each was last written."""
+    """The checkpoints of unfinished parts, and when each was last written; without the drafts that are renamed to them."""
     found = {}
-    for path in out.glob("parts/*/*/*.partial"):
+    for path in out.glob("parts/*/*/*-of-[0-9].partial"):
         try:
             found[path] = path.stat().st_mtime_ns
         except FileNotFoundError:
