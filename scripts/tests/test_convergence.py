@@ -77,8 +77,8 @@ def test_bad_input_is_one_line_and_exit_code_2(script: str, arguments: list[str]
     assert message in found.stderr
 
 
-def test_a_plan_that_lacks_something_is_told() -> None:
-    with pytest.raises(etendue.UserError, match=r"a\.2: the plan does not say its 'spp'"):
+def test_an_incomplete_plan_is_an_error() -> None:
+    with pytest.raises(etendue.UserError, match=r"a\.2: the plan has no 'spp' for it"):
         convergence.command({"cell": "a.2", "scene": "a.xml", "output": "a.exr"}, None)
 
 

@@ -163,7 +163,7 @@ def test_where_the_program_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     [
         ("echo 'warning: dark' >&2; echo 'box.xml:1:2: no shape' >&2; exit 2", "box.xml:1:2: no shape", 2),
         ("printf 'error: invalid value\\n\\nUsage: etendue\\n' >&2; exit 2", "invalid value", 2),
-        ("exit 3", "ended with exit code 3 and said nothing", 3),
+        ("exit 3", "ended with exit code 3 without a message", 3),
         ("kill -9 $$", "was killed by signal 9", -9),
     ],
 )
