@@ -67,7 +67,7 @@ def parse_arguments() -> argparse.Namespace:
     jobs.add_argument("--walltime", help="time limit of a job in the format of the batch system; a job that ends is replaced")
     jobs.add_argument("--queue", help="queue or partition")
     jobs.add_argument("--account", help="account or project")
-    jobs.add_argument("--directive", action="append", default=[], metavar="TEXT", help="a line such as --exclusive for the head of a job")
+    jobs.add_argument("--directive", action="append", default=[], metavar="TEXT", help="a line for the head of a job")
     jobs.add_argument("--prologue", action="append", default=[], metavar="LINE", help="a command for the start of a job")
     return parser.parse_args()
 

@@ -1,4 +1,4 @@
-"""The commands from end to end, on a tiny scene."""
+"""The scripts from end to end, on a tiny scene."""
 
 import os
 import subprocess
@@ -21,7 +21,7 @@ def run(script: str, *arguments: str | Path, **environment: str) -> subprocess.C
     return subprocess.run(command, capture_output=True, text=True, check=False, env={"PATH": "/usr/bin:/bin", **environment})
 
 
-def test_a_reference_is_what_its_batches_say(tiny: Path, tmp_path: Path, renderer: ref.Renderer) -> None:
+def test_a_reference_is_the_reduction_of_its_batches(tiny: Path, tmp_path: Path, renderer: ref.Renderer) -> None:
     folder = tmp_path / "out"
     statistics = ref.make_reference(renderer, tiny, folder, "command", samples=4, batches=6)
     images = ref.render_batches(renderer, tiny, 4, 6).images
@@ -49,7 +49,7 @@ def test_a_reference_is_what_its_batches_say(tiny: Path, tmp_path: Path, rendere
     assert ref.stale_reasons(tiny, folder) == []
 
 
-def test_the_sky_is_deterministic_and_exact(tiny: Path, renderer: ref.Renderer) -> None:
+def test_the_environment_is_deterministic_and_exact(tiny: Path, renderer: ref.Renderer) -> None:
     found = ref.reduce_batches(ref.render_batches(renderer, tiny, 4, 3).images)
     assert found.deterministic[0, 0] and not found.deterministic[8, 12]
     assert np.allclose(found.mean[0, 0], (0.5, 0.4, 0.3), rtol=1e-6)
@@ -62,7 +62,7 @@ def test_batches_differ_and_repeat(tiny: Path, renderer: ref.Renderer) -> None:
 
 
 def test_light_tracing_repeats(tiny: Path, renderer: ref.Renderer) -> None:
-    """On one thread, and the others get their work back."""
+    """It runs on one thread, and afterwards the number of threads is restored."""
     import drjit
 
     tiny.write_text(tiny.read_text().replace('type="path"', 'type="ptracer"'))
@@ -84,7 +84,7 @@ def test_the_sampler_is_always_independent(tiny: Path, renderer: ref.Renderer) -
         assert np.array_equal(first, ref.render_batches(renderer, tiny, 5, 2).images)
 
 
-def test_llvm_is_used_where_there_is_one(renderer: ref.Renderer) -> None:
+def test_llvm_is_used_if_it_is_installed(renderer: ref.Renderer) -> None:
     found = os.environ.get("DRJIT_LIBLLVM_PATH") or ref.newest_llvm()
     assert renderer.variant == ("llvm_ad_rgb" if found else "scalar_rgb")
     assert (renderer.llvm == "none") == (not found)
@@ -114,7 +114,7 @@ def test_faults_of_a_scene_are_one_line(
     assert not (tmp_path / "out").exists()
 
 
-def test_check_tells_fresh_from_missing(tmp_path: Path) -> None:
+def test_check_distinguishes_fresh_from_missing(tmp_path: Path) -> None:
     missing = run("make_references.py", "--check", "--out", tmp_path, "diffuse-room")
     assert missing.returncode == 1
     assert "diffuse-room: missing tiles.npy" in missing.stdout
@@ -153,7 +153,7 @@ def test_help(script: str) -> None:
 
 
 @pytest.mark.parametrize(("verdict", "code"), [("0", 0), ("1", 1), ("2", 2)])
-def test_compare_live_passes_the_verdict_on(tiny: Path, stub: Path, tmp_path: Path, verdict: str, code: int) -> None:
+def test_compare_live_exits_with_the_verdict(tiny: Path, stub: Path, tmp_path: Path, verdict: str, code: int) -> None:
     out = tmp_path / "live"
     live = ["--spp", "4", "--batches", "3", "-D", "lit=0.6", "--integrator", "direct", "--threads", "2", "--json"]
     found = run("compare_live.py", tiny, "--out", out, *live, STUB_VERDICT=verdict, ETENDUE=str(stub))
@@ -188,13 +188,13 @@ def test_compare_live_reports_a_mistake_before_mitsuba_starts(
     assert "\n" not in str(caught.value) and not (tmp_path / "out").exists()
 
 
-def test_compare_live_takes_the_option_before_the_environment(tiny: Path, stub: Path, tmp_path: Path) -> None:
+def test_the_option_etendue_precedes_the_environment(tiny: Path, stub: Path, tmp_path: Path) -> None:
     options = ["--spp", "4", "--batches", "2", "--out", tmp_path / "live", "--etendue", stub]
     found = run("compare_live.py", tiny, *options, STUB_VERDICT="0", ETENDUE="/no/such")
     assert found.returncode == 0, found.stderr
 
 
-def test_without_llvm_the_scalar_variant_renders_and_says_so(tiny: Path, tmp_path: Path) -> None:
+def test_without_llvm_the_scalar_variant_renders_and_reports_it(tiny: Path, tmp_path: Path) -> None:
     program = (
         "import sys; from pathlib import Path; import mitsuba_reference as ref; ref.newest_llvm = lambda: None\n"
         "ref.make_reference(ref.start_mitsuba(), Path(sys.argv[1]), Path(sys.argv[2]), 'command', samples=4, batches=2)"

@@ -1,4 +1,4 @@
-"""The script that kills renders: it always reaches its number of kills, and it notices an image that differs."""
+"""The script kill_and_resume: it always reaches its number of kills, and it reports an image that differs."""
 
 import subprocess
 import sys
@@ -18,7 +18,7 @@ def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
 
 @pytest.mark.parametrize("spp", [1, 100])
 def test_killed_renders_are_identical(tiny: Path, spp: int) -> None:
-    """Also those that end so quickly that a first attempt to kill them may come too late."""
+    """With 1 sample, a render may end before the first attempt to kill it."""
     found = run(tiny, "--options", f"--spp {spp}", "--times", "4", "--kills", "2", "--checkpoint-every", "0s")
     assert (found.returncode, found.stderr) == (0, "")
     counted, identical = found.stdout.split("checkpoint: ")

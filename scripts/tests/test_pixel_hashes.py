@@ -1,4 +1,4 @@
-"""Hashes of pixels: equal for equal images, different for different ones."""
+"""The hashes of pixels: equal for equal images, different for different images."""
 
 import sys
 from pathlib import Path
@@ -24,7 +24,7 @@ def call(monkeypatch: pytest.MonkeyPatch, *arguments: str | Path) -> int:
     return pixel_hashes.main()
 
 
-def test_the_hash_follows_the_pixels_alone(tiny: Path, tmp_path: Path) -> None:
+def test_the_hash_depends_only_on_the_pixels_and_the_window(tiny: Path, tmp_path: Path) -> None:
     image = tmp_path / "a.exr"
     first = pixel_hashes.hash_of_render(tiny, "path", 1, image)
     assert first == pixel_hashes.hash_of_render(tiny, "path", 1, image)
