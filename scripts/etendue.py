@@ -181,7 +181,7 @@ def binary(named: PathLike | None = None) -> Path:
         if name:
             found = shutil.which(name)
             if found is None:
-                raise UserError(f"{source}: there is no program {os.fspath(name)}")
+                raise UserError(f"{source}: no such program: {os.fspath(name)}")
             return Path(found).resolve()
     built = ROOT / "target" / "release" / "etendue"
     found = str(built) if built.is_file() else shutil.which("etendue")

@@ -12,13 +12,16 @@ from user_error import UserError
 
 def register(mi: ModuleType) -> None:
     """Register the plugins with Mitsuba's current variant."""
+    for name, bsdf in (("phong", _phong(mi)), ("metal", _metal(mi)), ("schlick", _schlick(mi))):
+        mi.register_bsdf(name, bsdf)
+    mi.register_emitter("normals_emitter", _normals_emitter(mi))
+
+
+def _phong(mi: ModuleType) -> Any:
     import drjit as dr
 
     class Phong(mi.BSDF):
-        """Modified Phong: kd/pi + ks (n + 2)/(2 pi) cos^n(alpha), where alpha is the angle to the mirror direction.
-
-        The back is black.
-        """
+        """Modified Phong: kd/pi + ks (n + 2)/(2 pi) cos^n(alpha), alpha from the mirror direction. The back is black."""
 
         def __init__(self, props: Any) -> None:
             mi.BSDF.__init__(self, props)
@@ -26,7 +29,7 @@ def register(mi: ModuleType) -> None:
             self.specular = props.get_texture("specular_reflectance", 0.2)
             self.exponent = float(props.get("exponent", 30.0))
             if any(props.get("ambient", mi.ScalarColor3f(0.0))):
-                raise UserError("phong: there is no stand-in for the ambient term")
+                raise UserError("phong: no stand-in for the ambient term")
             self.m_components = [
                 mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.FrontSide,
                 mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.FrontSide,
@@ -72,6 +75,12 @@ def register(mi: ModuleType) -> None:
 
         def to_string(self) -> str:
             return f"Phong[exponent={self.exponent}]"
+
+    return Phong
+
+
+def _metal(mi: ModuleType) -> Any:
+    import drjit as dr
 
     class Metal(mi.BSDF):
         """Reflects into the mirror direction plus roughness times a uniform point in the unit ball, normalized.
@@ -125,6 +134,12 @@ def register(mi: ModuleType) -> None:
 
         def to_string(self) -> str:
             return f"Metal[roughness={self.roughness}]"
+
+    return Metal
+
+
+def _schlick(mi: ModuleType) -> Any:
+    import drjit as dr
 
     class Schlick(mi.BSDF):
         """Smooth glass with Schlick's reflectance or none; total internal reflection is kept in both cases."""
@@ -182,6 +197,12 @@ def register(mi: ModuleType) -> None:
         def to_string(self) -> str:
             return f"Schlick[eta={self.eta}, model={self.model}]"
 
+    return Schlick
+
+
+def _normals_emitter(mi: ModuleType) -> Any:
+    import drjit as dr
+
     class NormalsEmitter(mi.Emitter):
         """Both sides of a surface emit the colour 0.5 (n + 1) of its shading normal.
 
@@ -212,7 +233,4 @@ def register(mi: ModuleType) -> None:
         def to_string(self) -> str:
             return "NormalsEmitter[]"
 
-    mi.register_bsdf("phong", lambda props: Phong(props))
-    mi.register_bsdf("metal", lambda props: Metal(props))
-    mi.register_bsdf("schlick", lambda props: Schlick(props))
-    mi.register_emitter("normals_emitter", lambda props: NormalsEmitter(props))
+    return NormalsEmitter

@@ -128,7 +128,7 @@ def start_mitsuba(variant: str | None = None) -> Renderer:
     library = Path(named) if named else newest_llvm()
     if library is not None:
         if not library.is_file():
-            raise UserError(f"DRJIT_LIBLLVM_PATH: there is no file {library}")
+            raise UserError(f"DRJIT_LIBLLVM_PATH: no such file: {library}")
         os.environ["DRJIT_LIBLLVM_PATH"] = str(library)
     try:
         import mitsuba as mi

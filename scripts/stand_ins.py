@@ -171,7 +171,7 @@ class StandIns:
 
     def plane(self, node: int) -> None:
         if self.tree.children(node, "Emitter"):
-            raise self.tree.error(node, "there is no stand-in for an infinite area light")
+            raise self.tree.error(node, "no stand-in for an infinite area light")
         self.note("plane", f"square of half-size {surfaces.PLANE_HALF_SIZE:g}")
         self.world_mesh(node, surfaces.plane(), self.tree.take_matrix(node))
 
@@ -321,7 +321,7 @@ class StandIns:
         """The solid of an operand. Its surfaces are added to `parts`: its own surface, and the caps that close it."""
         tree, mantle = self.tree, self.tree.copy(node)
         if tree.children(node, "Emitter"):
-            raise tree.error(node, "there is no stand-in for an operand with an emitter")
+            raise tree.error(node, "no stand-in for an operand with an emitter")
         for _, own in tree.children(node, "BSDF"):
             bsdf = own
         if bsdf is None:
@@ -370,7 +370,7 @@ class StandIns:
             inside, boxed = solids.in_quadric(shape), solids.in_box(low, high)
             return lambda x, y, z: inside(x, y, z) & boxed(x, y, z), tree.take_matrix(node), [], (shape, low, high)
         if plugin not in ("cone", "paraboloid", "hyperboloid"):
-            raise tree.error(node, "there is no stand-in for it as an operand of csg")
+            raise tree.error(node, "no stand-in for it as an operand of csg")
         parameters = self.parameters(node)
         matrix = tree.take_matrix(node)
         if plugin == "cone":
@@ -417,11 +417,11 @@ class StandIns:
                 absorbing[node] = absorption
         for node in tree.every("BSDF"):
             if any(child in absorbing for _, child in tree.children(node, "BSDF")):
-                raise tree.error(node, "there is no stand-in for absorbing glass inside another bsdf")
+                raise tree.error(node, "no stand-in for absorbing glass inside another bsdf")
         for node in list(tree.every("Shape")):
             for _, bsdf in tree.children(node, "BSDF"):
                 if bsdf in absorbing and node in solids:
-                    raise tree.error(node, "there is no stand-in for absorbing glass in a csg")
+                    raise tree.error(node, "no stand-in for absorbing glass in a csg")
                 if bsdf in absorbing:
                     self.fill(node, absorbing[bsdf])
         return bool(absorbing)
@@ -501,7 +501,7 @@ def put_in(mi: ModuleType, state: Any, beside: Path, folder: Path, for_photons: 
     normals = list(tree.every("BSDF", "normals"))
     for node in tree.every("BSDF"):
         if any(child in normals for _, child in tree.children(node, "BSDF")):
-            raise tree.error(node, "there is no stand-in for the bsdf normals inside another bsdf")
+            raise tree.error(node, "no stand-in for the bsdf normals inside another bsdf")
     nested = {child for node in tree.every("Shape", "csg") for _, child in tree.children(node, "Shape")}
     csgs = list(tree.every("Shape", "csg"))
     media = stand_ins.media(nested.union(csgs))

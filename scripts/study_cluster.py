@@ -126,7 +126,7 @@ def batch_cluster(arguments: argparse.Namespace) -> Any:
 
     program, kind = QUEUES[arguments.jobqueue]
     if shutil.which(program) is None:
-        raise UserError(f"{arguments.jobqueue}: there is no {program} here; run this where jobs are submitted")
+        raise UserError(f"{arguments.jobqueue}: {program} was not found; run this script where jobs are submitted")
     options = {
         "queue": arguments.queue,
         "account": arguments.account,

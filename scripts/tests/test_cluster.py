@@ -258,10 +258,10 @@ def test_runs_that_cannot_be_split_are_rendered_whole_and_faults_are_named(
     ("arguments", "environment", "message"),
     [
         (["no-such.toml"], {}, "no-such.toml"),
-        (["study.toml"], {"ETENDUE": "/no/such"}, "$ETENDUE: there is no program /no/such"),
+        (["study.toml"], {"ETENDUE": "/no/such"}, "$ETENDUE: no such program: /no/such"),
         (["study.toml", "--scheduler", "tcp://127.0.0.1:9"], {}, "tcp://127.0.0.1:9: no Dask scheduler there: "),
         (["study.toml", "--scheduler", "here"], {}, "here: no Dask scheduler there: missing port"),
-        (["study.toml", "--jobqueue", "lsf"], {"PATH": "/no/such"}, "lsf: there is no bsub here"),
+        (["study.toml", "--jobqueue", "lsf"], {"PATH": "/no/such"}, "lsf: bsub was not found"),
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_2(

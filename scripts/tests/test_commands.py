@@ -135,7 +135,7 @@ def test_check_finds_a_reference_without_a_scene(tmp_path: Path) -> None:
         ("make_references.py", ["no-such-scene"], "no scene is called 'no-such-scene'; known: "),
         ("make_references.py", ["depth-crop", "--batches", "1"], "--batches within 2 .. 4096"),
         ("compare_live.py", ["x.xml", "-D", "spp"], "-D spp: expected NAME=VALUE"),
-        ("compare_live.py", ["x.xml", "--etendue", "/no/such/binary"], "--etendue: there is no program /no/such/binary"),
+        ("compare_live.py", ["x.xml", "--etendue", "/no/such/binary"], "--etendue: no such program: /no/such/binary"),
         ("make_assets.py", ["--out", "/dev/null/x"], "Not a directory"),
     ],
 )

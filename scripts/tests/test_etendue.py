@@ -151,10 +151,10 @@ def test_the_order_in_which_the_program_is_searched(tmp_path: Path, monkeypatch:
             monkeypatch.setenv("ETENDUE", str(path))
         assert etendue.binary() == path
     monkeypatch.setenv("ETENDUE", str(tmp_path / "none"))
-    with pytest.raises(UserError, match=r"\$ETENDUE: there is no program .*none"):
+    with pytest.raises(UserError, match=r"\$ETENDUE: no such program: .*none"):
         etendue.binary()
     assert etendue.binary(tmp_path / "mine") == tmp_path / "mine"
-    with pytest.raises(UserError, match=r"--etendue: there is no program .*theirs"):
+    with pytest.raises(UserError, match=r"--etendue: no such program: .*theirs"):
         etendue.binary(tmp_path / "theirs")
 
 

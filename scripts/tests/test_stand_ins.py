@@ -488,7 +488,7 @@ def test_masked_surfaces_change_nothing(load: Load, renderer: ref.Renderer, dept
 
 
 def test_direct_sees_direct_light_through_masks(load: Load, renderer: ref.Renderer) -> None:
-    """There is no point light, because Mitsuba's direct adds one once for each of its emitter_samples."""
+    """The scene has no point light, because Mitsuba's direct adds one once for each of its emitter_samples."""
     old, new = '"path"><integer name="max_depth" value="3"/>', '"direct"><integer name="emitter_samples" value="2"/>'
     assert old in HEAD
     direct = HEAD.replace(old, new)
@@ -765,7 +765,7 @@ def test_scenes_without_our_plugins_are_unchanged(renderer: ref.Renderer, scene:
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        ('<shape type="plane"><emitter type="area"/></shape>', "plane: there is no stand-in for an infinite area light"),
+        ('<shape type="plane"><emitter type="area"/></shape>', "plane: no stand-in for an infinite area light"),
         ('<shape type="ellipsoid"><vector name="radii" value="1, 0, 1"/></shape>', "a radius is not positive"),
         ('<shape type="ellipsoid"><float name="radus" value="2"/></shape>', "radus"),
         ('<shape type="cone"><float name="radus" value="2"/></shape>', "radus"),
@@ -782,7 +782,7 @@ def test_scenes_without_our_plugins_are_unchanged(renderer: ref.Renderer, scene:
         (csg_xml("xor", sphere_xml(*A)), "unknown operation 'xor'"),
         (csg_xml("union"), "csg: may contain only shapes"),
         (csg_xml("union", sphere_xml(*A), '<float name="radius" value="1"/>'), "csg: may contain only shapes"),
-        (csg_xml("union", '<shape type="disk"/>'), "disk: there is no stand-in for it as an operand"),
+        (csg_xml("union", '<shape type="disk"/>'), "disk: no stand-in for it as an operand"),
         (csg_xml("union", sphere_xml(*A, '<emitter type="area"/>')), "an operand with an emitter"),
         (csg_xml("union", sphere_xml(*A)) + '<integrator type="depth"/>', "depth: does not support the masks and media"),
         ('<shape type="sphere"><bsdf type="twosided"><bsdf type="normals"/></bsdf></shape>', "normals inside another bsdf"),
@@ -792,11 +792,11 @@ def test_scenes_without_our_plugins_are_unchanged(renderer: ref.Renderer, scene:
             "hide_emitters",
         ),
         ('<shape type="sphere"><bsdf type="phong"><rgb name="ambient" value="0.1"/></bsdf></shape>', "ambient"),
-        (csg_xml("union", absorbing("dielectric"), sphere_xml(*A)), "csg: there is no stand-in for absorbing glass in"),
-        (csg_xml("union", sphere_xml(*A, absorbing("schlick")), sphere_xml(*B)), "sphere: there is no stand-in for absorbing"),
+        (csg_xml("union", absorbing("dielectric"), sphere_xml(*A)), "csg: no stand-in for absorbing glass in"),
+        (csg_xml("union", sphere_xml(*A, absorbing("schlick")), sphere_xml(*B)), "sphere: no stand-in for absorbing"),
         (
             f'<shape type="sphere"><bsdf type="blendbsdf"><bsdf type="diffuse"/>{absorbing("dielectric")}</bsdf></shape>',
-            "blendbsdf: there is no stand-in for absorbing glass inside another bsdf",
+            "blendbsdf: no stand-in for absorbing glass inside another bsdf",
         ),
         (f'<shape type="sphere">{absorbing("dielectric")}</shape><integrator type="depth"/>', "depth: does not support"),
         ('<default name="photons_by" value="bdpt"/><integrator type="photonmapper"/>', "unknown stand-in 'bdpt'; known: path"),
