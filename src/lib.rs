@@ -58,5 +58,6 @@ pub mod render;
 pub mod catalogue;
 pub mod comparison;
 pub mod evidence;
+mod plot;
 pub mod report;
 pub mod study;

@@ -16,7 +16,7 @@
 //! | closed list of predicted curves | `theory` |
 //! | slopes, amplitudes, crossings, and whether predictions hold | `fits`, `comparison` |
 //! | everything that was found; how it is found | `outcome`; [`evaluate`] |
-//! | drawings and the page | `plot`, `drawings`, `page` |
+//! | drawings and the page | `drawings`, `page` |
 //!
 //! # Errors that are stated
 //!
@@ -44,7 +44,6 @@ mod measures;
 mod outcome;
 mod page;
 pub mod plan;
-mod plot;
 mod record;
 pub mod run;
 mod error_decomposition;
