@@ -36,10 +36,12 @@ impl Plot {
     pub(crate) fn file(&self) -> Option<String> {
         /// A file is drawn larger than a plot of a page, which follows the width of its column.
         const MAGNIFICATION: f64 = 1.5;
+        /// Between the sheet and the edge of the paper.
+        const EDGE: f64 = 10.0;
         let sheet = Sheet::new(&self.title, [&self.x, &self.y], &self.layers)?;
-        let (width, height) = (WIDTH, sheet.height);
+        let (width, height) = (WIDTH + 2.0 * EDGE, sheet.height + 2.0 * EDGE);
         Some(format!(
-            r#"<svg xmlns="http://www.w3.org/2000/svg" class="chart alone" viewBox="0 0 {width} {height}" width="{}" height="{}" role="img"><title>{}</title><style>{STYLE}</style><rect class="paper" width="100%" height="100%"/>{}</svg>
+            r#"<svg xmlns="http://www.w3.org/2000/svg" class="chart alone" viewBox="-{EDGE} -{EDGE} {width} {height}" width="{}" height="{}" role="img"><title>{}</title><style>{STYLE}</style><rect class="paper" x="-{EDGE}" y="-{EDGE}" width="{width}" height="{height}"/>{}</svg>
 "#,
             MAGNIFICATION * width,
             MAGNIFICATION * height,
@@ -149,7 +151,7 @@ mod tests {
             [5.0, 0.4, nan],
         ]);
         let svg = drawn(&plot(vec![dots, line(&[[1.0, 1.0], [2.0, nan], [3.0, 0.5], [4.0, 0.4], [5.0, -inf]])]));
-        assert_eq!(svg.matches(r#"class="mark""#).count(), 3 + 1, "three points and the legend: {svg}");
+        assert_eq!(svg.matches(r#"class="dot""#).count(), 3 + 1, "three points and the legend: {svg}");
         assert_eq!(svg.matches(r#"class="line dashed""#).count(), 1 + 1, "the line breaks: {svg}");
     }
 

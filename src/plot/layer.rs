@@ -70,10 +70,12 @@ impl Style {
         }
     }
 
-    /// Draws the mark at a place.
-    pub(super) fn mark(self, svg: &mut String, [x, y]: [f64; 2]) {
+    /// Draws the mark at a place, in a size.
+    pub(super) fn mark(self, svg: &mut String, [x, y]: [f64; 2], size: f64) {
         let number = if let Self::Series(number) = self { number } else { 0 };
-        let _ = write!(svg, r#"<path class="mark" d="M{x:.1} {y:.1}{}"/>"#, MARKS[number % MARKS.len()]);
+        let outline = MARKS[number % MARKS.len()];
+        let _ =
+            write!(svg, r#"<path class="dot" transform="translate({x:.1} {y:.1}) scale({size})" d="M0 0{outline}"/>"#);
     }
 }
 
@@ -193,6 +195,8 @@ impl Field<'_> {
 
     fn points(&self, svg: &mut String, style: Style, points: &[Point], joined: bool) {
         let [_, y] = self.axes;
+        // Many points are drawn smaller, so that a line between them is seen.
+        let size = if points.len() > 16 { 0.6 } else { 1.0 };
         let known: Vec<&Point> = points.iter().filter(|point| !point.is_limit(y)).collect();
         if joined && known.len() > 1 {
             let upper = known.iter().map(|point| self.place(point.x, point.band()[1]));
@@ -212,7 +216,7 @@ impl Field<'_> {
                 let ([x, low], [_, high]) = (self.place(point.x, low), self.place(point.x, high));
                 let _ = write!(svg, r#"<path class="error" d="M{x:.1} {low:.1}V{high:.1}"/>"#);
             }
-            style.mark(svg, self.place(point.x, point.y));
+            style.mark(svg, self.place(point.x, point.y), size);
         }
     }
 

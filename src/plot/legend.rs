@@ -51,7 +51,7 @@ impl Symbol {
                 if *joined {
                     path("line", &line);
                 }
-                style.mark(svg, [middle, y]);
+                style.mark(svg, [middle, y], 1.0);
             }
             Self::Line { is_dashed } => path(if *is_dashed { "line dashed" } else { "line" }, &line),
             Self::Swatch(class) => path(class, &format!("M{x:.1} {:.1}h{SYMBOL}v10h-{SYMBOL}z", y - 5.0)),
@@ -78,6 +78,8 @@ fn entries(y: &Axis, layers: &[Layer]) -> Vec<Entry> {
             }
         }
     }
+    // Entries without a colour belong to all.
+    entries.sort_by_key(|entry| entry.style == Style::Plain);
     let shows = |which: usize| layers.iter().filter(move |layer| layer.shape.errors_and_limits(y)[which]);
     if shows(0).next().is_some() {
         let has_bands = shows(0).any(|layer| matches!(layer.shape, Shape::Points { joined: true, .. }));

@@ -11,8 +11,8 @@ use super::{
 
 /// The width of a sheet.
 pub(super) const WIDTH: f64 = 360.0;
-/// Between texts and the edges of the sheet.
-const MARGIN: f64 = 6.0;
+/// Between the drawing and the edges of the sheet.
+const MARGIN: f64 = 2.0;
 /// Between labels and the axis that they belong to.
 const GAP: f64 = 7.0;
 /// The height of the frame.
@@ -48,7 +48,7 @@ impl Sheet {
         let y = Ruler::new(y_axis, ys, [top + FRAME, top])?;
         let y_ticks = y.ticks(axis::upright);
         let widest = y_ticks.iter().filter_map(|tick| tick.label.as_deref()).map(text::width).fold(0.0, f64::max);
-        let frame = Frame { left: MARGIN + widest + GAP, right: WIDTH - 2.0 * MARGIN, top, bottom: top + FRAME };
+        let frame = Frame { left: MARGIN + widest + GAP, right: WIDTH - 5.0 * MARGIN, top, bottom: top + FRAME };
         let x = Ruler::new(x_axis, xs, [frame.left, frame.right])?;
         frame.grid(&mut content, &x, &x.ticks(axis::across), &y, &y_ticks);
         let field = Field { axes, x, y };
@@ -65,8 +65,8 @@ impl Sheet {
 /// The title, and that of the upright axis, which is read more easily when it lies. Returns where the frame begins.
 fn heading(svg: &mut String, [title, y_title]: [&str; 2]) -> f64 {
     let mut baseline = 0.0;
-    for (class, title) in [("title", title), ("name", y_title)] {
-        for line in text::wrapped(title, WIDTH - 2.0 * MARGIN) {
+    for (class, title, boldness) in [("title", title, text::BOLD), ("name", y_title, 1.0)] {
+        for line in text::wrapped(title, (WIDTH - 2.0 * MARGIN) / boldness) {
             baseline += LINE;
             let _ = write!(svg, r#"<text class="{class}" x="{MARGIN}" y="{baseline:.1}">{}</text>"#, escaped(&line));
         }
@@ -120,7 +120,7 @@ impl Frame {
                 escaped(&line)
             );
         }
-        baseline + MARGIN
+        baseline + GAP
     }
 }
 

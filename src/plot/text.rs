@@ -4,12 +4,27 @@
 pub(super) const SIZE: f64 = 13.0;
 /// From one line to the next.
 pub(super) const LINE: f64 = 18.0;
-/// The mean width of a letter. It is a wide one, since the font is the reader's.
-const LETTER: f64 = 7.4;
+/// How much wider bold letters are.
+pub(super) const BOLD: f64 = 1.15;
 
 /// The width of a text, estimated.
 pub(super) fn width(text: &str) -> f64 {
-    LETTER * text.chars().count() as f64
+    text.chars().map(letter).sum()
+}
+
+/// The width of a letter in DejaVu Sans, whose letters are wider than those of most fonts that a reader may have.
+fn letter(c: char) -> f64 {
+    let ems = match c {
+        ' ' | '.' | ',' | ':' | ';' | '!' | '|' | '\'' | 'i' | 'j' | 'l' | 'I' => 0.33,
+        'f' | 't' | 'r' | 's' | '(' | ')' | '[' | ']' | '-' | '/' | '⁰'..='⁹' | '⁻' | '²' | '³' | '¹' => 0.45,
+        'a'..='z' if !matches!(c, 'm' | 'w') => 0.62,
+        '0'..='9' => 0.64,
+        'm' | 'w' | 'M' | 'W' | '%' | '@' => 1.0,
+        // East Asian letters fill a square.
+        '\u{2e80}'.. => 1.0,
+        _ => 0.8,
+    };
+    SIZE * ems
 }
 
 /// A text with the characters replaced that XML reserves. Those that XML forbids become a replacement character.
@@ -33,22 +48,34 @@ pub(super) fn escaped(text: &str) -> String {
 
 /// The lines of a text within a width: broken between words, and within a word that is wider than a line.
 pub(super) fn wrapped(text: &str, widest: f64) -> Vec<String> {
-    let most = ((widest / LETTER) as usize).max(1);
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
-        let letters: Vec<char> = word.chars().collect();
-        for (part, letters) in letters.chunks(most).enumerate() {
-            let piece: String = letters.iter().collect();
-            match lines.last_mut() {
-                Some(line) if part == 0 && line.chars().count() + 1 + letters.len() <= most => {
-                    line.push(' ');
-                    line.push_str(&piece);
-                }
-                _ => lines.push(piece),
+        match lines.last_mut() {
+            Some(line) if width(line) + width(" ") + width(word) <= widest => {
+                line.push(' ');
+                line.push_str(word);
             }
+            _ => lines.extend(pieces(word, widest)),
         }
     }
     lines
+}
+
+/// A word in pieces within a width, of one letter at least.
+fn pieces(word: &str, widest: f64) -> Vec<String> {
+    let mut pieces = vec![String::new()];
+    let mut taken = 0.0;
+    for c in word.chars() {
+        taken += letter(c);
+        match pieces.last_mut() {
+            Some(piece) if taken <= widest || piece.is_empty() => piece.push(c),
+            _ => {
+                pieces.push(c.to_string());
+                taken = letter(c);
+            }
+        }
+    }
+    pieces
 }
 
 #[cfg(test)]
@@ -62,10 +89,9 @@ mod tests {
 
     #[test]
     fn lines_break_between_words_and_within_long_ones() {
-        let most = |letters: usize| LETTER * letters as f64 + 0.01;
-        assert_eq!(wrapped("one two  three", most(7)), ["one two", "three"]);
-        assert_eq!(wrapped("abcdefgh ij", most(3)), ["abc", "def", "gh", "ij"]);
-        assert_eq!(wrapped("ä", most(0)), ["ä"]);
-        assert!(wrapped(" ", most(5)).is_empty());
+        assert_eq!(wrapped("one two  three", width("one two") + 0.1), ["one two", "three"]);
+        assert_eq!(wrapped("abcdeabcd ab c", width("abc") + 0.1), ["abc", "dea", "bcd", "ab", "c"]);
+        assert_eq!(wrapped("äö", 0.0), ["ä", "ö"]);
+        assert!(wrapped(" ", 100.0).is_empty());
     }
 }

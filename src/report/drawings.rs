@@ -24,10 +24,8 @@ pub(super) fn of_curve(subject: &str, curve: &Curve) -> Option<Drawing> {
     let layer = |label: &str, style, shape| Layer { label: label.into(), style, shape };
     let place = curve.mark.map(|(at, label)| layer(label, Style::Plain, Shape::Place(at)));
     let line = Shape::Line { points: curve.expected.clone(), is_dashed: false };
-    let layers = place.into_iter().chain([
-        layer("expected", Style::Series(0), line),
-        layer("found", Style::Series(1), Shape::Points { points, joined: false }),
-    ]);
+    let found = layer("found", Style::Series(1), Shape::Points { points, joined: false });
+    let layers = [layer("expected", Style::Series(0), line)].into_iter().chain(place).chain([found]);
     let plot = Plot {
         title: subject.into(),
         x: Axis::linear(across, [0.0, right]),
@@ -72,13 +70,13 @@ fn histogram(p: &[f64]) -> Plot {
         x: Axis::linear("p-value of a tile", [0.0, 1.0]),
         y: Axis::linear("number of tiles", [0.0, 1.05 * tallest]),
         layers: vec![
-            layer("tiles", Style::Series(0), Shape::Bars { ends: [0.0, 1.0], heights: counts }),
             layer(
                 "± 2 standard deviations",
-                Style::Series(1),
+                Style::Plain,
                 Shape::Band([(expected - reach).max(0.0), expected + reach]),
             ),
-            layer("expected", Style::Series(1), Shape::Level(expected)),
+            layer("tiles", Style::Series(0), Shape::Bars { ends: [0.0, 1.0], heights: counts }),
+            layer("expected", Style::Plain, Shape::Level(expected)),
         ],
     }
 }
@@ -105,7 +103,7 @@ mod tests {
     #[test]
     fn every_p_value_is_in_a_bin() {
         let plot = histogram(&[0.0, 0.05, 0.5, 0.999, 1.0]);
-        let Shape::Bars { heights, .. } = &plot.layers[0].shape else { panic!("bars are at the back") };
+        let Shape::Bars { heights, .. } = &plot.layers[1].shape else { panic!("bars stand before the band") };
         assert_eq!(heights, &[2.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0]);
         assert!(plot.inline().is_some());
     }
