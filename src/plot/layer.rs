@@ -146,12 +146,25 @@ impl Shape {
         }
     }
 
-    /// Whether a point has an error bar, and whether one is drawn as a limit.
-    pub(super) fn errors_and_limits(&self, y: &Axis) -> [bool; 2] {
-        let Self::Points { points, .. } = self else { return [false; 2] };
-        let has_bar = |point: &Point| !point.is_limit(y) && point.band()[0] < point.y;
-        [points.iter().any(has_bar), points.iter().any(|point| point.is_limit(y))]
+    /// What shows its errors on an axis.
+    pub(super) fn errors(&self, y: &Axis) -> Errors {
+        let Self::Points { points, joined } = self else { return Errors::default() };
+        let known = points.iter().filter(|point| !point.is_limit(y));
+        let has_bars = known.clone().any(|point| point.band()[0] < point.y);
+        Errors {
+            bars: has_bars,
+            band: has_bars && *joined && known.count() > 1,
+            limits: points.iter().any(|point| point.is_limit(y)),
+        }
     }
+}
+
+/// What shows the errors of a layer: bars, a band around its line, or arrows where only an upper end is known.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Errors {
+    pub(super) bars: bool,
+    pub(super) band: bool,
+    pub(super) limits: bool,
 }
 
 /// The two axes of a plot in a drawing.

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::{
     axis::Axis,
-    layer::{Layer, Shape, Style, limit},
+    layer::{Errors, Layer, Shape, Style, limit},
     text::{self, LINE, escaped},
 };
 
@@ -80,13 +80,12 @@ fn entries(y: &Axis, layers: &[Layer]) -> Vec<Entry> {
     }
     // Entries without a colour belong to all.
     entries.sort_by_key(|entry| entry.style == Style::Plain);
-    let shows = |which: usize| layers.iter().filter(move |layer| layer.shape.errors_and_limits(y)[which]);
-    if shows(0).next().is_some() {
-        let has_bands = shows(0).any(|layer| matches!(layer.shape, Shape::Points { joined: true, .. }));
-        let symbol = if has_bands { Symbol::Swatch("band") } else { Symbol::ErrorBar };
+    let shows = |what: fn(Errors) -> bool| layers.iter().any(|layer| what(layer.shape.errors(y)));
+    if shows(|errors| errors.bars) {
+        let symbol = if shows(|errors| errors.band) { Symbol::Swatch("band") } else { Symbol::ErrorBar };
         entries.push(Entry { style: Style::Plain, symbol, label: "± 2 standard errors".into() });
     }
-    if shows(1).next().is_some() {
+    if shows(|errors| errors.limits) {
         let label = "upper end; the value may be 0".into();
         entries.push(Entry { style: Style::Plain, symbol: Symbol::Limit, label });
     }
