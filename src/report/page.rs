@@ -219,6 +219,12 @@ mod tests {
     }
 
     #[test]
+    fn plots_are_in_the_page_with_their_style() {
+        let page = render(&sample::passing());
+        assert!(page.contains(r#"<svg class="chart""#) && page.contains(".chart .s0 {"));
+    }
+
+    #[test]
     fn names_cannot_break_the_page() {
         let page = render(&sample::failing());
         assert!(!page.contains("<b>bold</b>") && page.contains("&lt;b&gt;bold&lt;"));
