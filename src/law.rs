@@ -93,8 +93,8 @@ pub struct Curve {
     pub expected: Vec<[f64; 2]>,
     /// Places with what was found there, and its standard error.
     pub found: Vec<[f64; 3]>,
-    /// A place to mark.
-    pub mark: Option<f64>,
+    /// A place to mark, and what is there.
+    pub mark: Option<(f64, &'static str)>,
 }
 
 /// A number with what it is held against.

@@ -9,7 +9,8 @@
 //!    [`scene`] that they make;
 //! 4. how light travels through it: [`transport`], [`photon`], [`integrator`], [`render`];
 //! 5. all of it looked at from outside: the [`catalogue`] of everything that scene files can name, the [`comparison`] of
-//!    images, the [`validation`] of claims, its [`report`], and the [`study`] of how errors fall.
+//!    images, the [`validation`] of claims, its [`report`], and the [`study`] of how errors fall;
+//!    `plot` draws for the last two.
 //!
 //! The command line, `cli`, is the binary's.
 //!
@@ -58,5 +59,6 @@ pub mod render;
 pub mod catalogue;
 pub mod comparison;
 pub mod validation;
+mod plot;
 pub mod report;
 pub mod study;

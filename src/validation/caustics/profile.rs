@@ -52,7 +52,7 @@ fn profile(effort: Effort, plane: f64, rim: f64) -> Finding {
         axes: ["distance from the axis, in radii of the ball", "irradiance over that of the light"],
         expected: line(plane, rim),
         found: found.collect(),
-        mark: SUN.folds(plane).first().map(|fold| fold.radius),
+        mark: SUN.folds(plane).first().map(|fold| (fold.radius, "fold of the caustic")),
     };
     Finding::test(format!("L = {plane}"), statistic, test.p).drawn(curve)
 }
