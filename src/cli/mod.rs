@@ -2,6 +2,7 @@
 
 mod compare;
 mod checkpoint_options;
+mod faults;
 mod merge;
 mod outputs;
 mod photons;

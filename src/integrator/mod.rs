@@ -27,8 +27,8 @@ use crate::{
     sampler::PathSampler,
     scene::{Scene, SurfaceInteraction},
     scene_file::{
-        Category, Document, Object, ObjectId, Param, ParamKind, Params, Property, Range, SceneError, SourceLocation,
-        Value, catalogue,
+        Category, Document, Object, ObjectId, Override, Param, ParamKind, Params, Property, Range, SceneError,
+        SourceLocation, Value, catalogue,
     },
     transport::{PathLimits, Shadows},
 };
@@ -301,7 +301,10 @@ fn first_vertex(scene: &Scene, ray: &Ray, hide_emitters: bool) -> Option<Surface
     Some(si)
 }
 
-/// What the command line changes about a scene's integrator.
+/// What is wrong with a scene that has no integrator.
+pub const NO_INTEGRATOR: &str = "the scene has no integrator";
+
+/// What a render changes about its scene's integrator.
 #[derive(Clone, Debug, Default)]
 pub struct Overrides {
     /// The name of another integrator, which keeps the parameters that both have, such as `max_depth`.
@@ -345,14 +348,11 @@ impl Overrides {
         let id = match (own, &self.name) {
             (None, None) => {
                 let root = document.object(document.root);
-                let error = SceneError::at(&root.place, "the scene has no integrator");
-                return Err(error.hint("give it one, or name one with --integrator"));
+                let error = SceneError::at(&root.place, NO_INTEGRATOR);
+                return Err(error.hint("give it one, or choose one for this render"));
             }
             (Some(id), None) => id,
-            (own, Some(name)) => {
-                let option = format!("--integrator {name}");
-                document.add_stand_in(own, Category::Integrator, name, Integrator::PLUGINS, &option)
-            }
+            (own, Some(name)) => document.add_stand_in(own, Category::Integrator, name, Integrator::PLUGINS),
         };
         for (name, text) in &self.params {
             set(&mut document.objects[id.0], name, text);
@@ -373,6 +373,6 @@ fn set(object: &mut Object, name: &str, text: &str) {
         Value::String(text.to_owned())
     };
     object.properties.retain(|property| property.name != name);
-    let place = SourceLocation::argument(&format!("--param {name}={text}"));
+    let place = SourceLocation::Override(Override::Parameter { name: name.to_owned(), value: text.to_owned() });
     object.properties.push(Property { name: name.to_owned(), value, place });
 }

@@ -11,7 +11,7 @@ mod plugin;
 pub mod xml;
 
 pub(crate) use catalogue::catalogue;
-pub use error::{Diagnostic, SceneError, SourceLocation};
+pub use error::{Diagnostic, Override, SceneError, SourceLocation};
 pub use params::Params;
 pub use plugin::{DefaultValue, Described, FARTHEST, Param, ParamKind, Plugin, Range};
 
