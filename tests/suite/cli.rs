@@ -1,6 +1,6 @@
 //! The command line: what it reads, what it writes, and with which code it ends.
 
-use std::{fs, path::Path};
+use std::{fs, path::Path, time::Instant};
 
 use ::exr::prelude::{MetaData, SampleType};
 use etendue::{
@@ -63,7 +63,9 @@ fn help_names_the_exit_codes_and_every_option() {
 #[test]
 fn images_say_how_they_were_made() {
     let folder = Folder::with_scene(&kit::ball());
+    let start = Instant::now();
     let image = folder.render("--spp 3 --seed 18446744073709551615 --param max_depth=3");
+    let passed = start.elapsed().as_secs_f64();
     let meta = MetaData::read_from_file(folder.path("image.exr"), true).unwrap();
     let types: Vec<_> = meta.headers[0].channels.list.iter().map(|c| (c.name.to_string(), c.sample_type)).collect();
     let expected = ["B", "G", "R", VARIANCE[2], VARIANCE[1], VARIANCE[0]];
@@ -89,7 +91,7 @@ fn images_say_how_they_were_made() {
     assert_eq!(marked.attribute("etendue.not_physical"), Some("transparent_shadows"));
     assert!(provenance::version().starts_with(env!("CARGO_PKG_VERSION")));
     let seconds: f64 = image.attribute("etendue.seconds").unwrap().parse().unwrap();
-    assert!((0.0..60.0).contains(&seconds));
+    assert!((0.0..=passed + 0.001).contains(&seconds), "{seconds} of {passed}");
 }
 
 #[test]
@@ -269,7 +271,7 @@ fn compare_agrees_differs_and_asks_for_samples() {
     let cases = [
         ("image.exr", 0, "agrees"),
         ("brighter.exr", 1, "differs"),
-        ("short.exr", 1, "undecided (not enough samples: needs description "),
+        ("short.exr", 1, "undecided (not enough samples: needs about "),
         (
             "mute.exr",
             1,
@@ -305,7 +307,7 @@ fn the_samples_that_compare_asks_for_are_enough() {
         folder.render(&format!("--spp {spp} --seed 2"));
         run(&mut folder.etendue("compare image.exr reference.exr")).out
     };
-    let (_, needed) = judge(4).split_once("needs description ").map(|(a, b)| (a.to_owned(), b.to_owned())).unwrap();
+    let (_, needed) = judge(4).split_once("needs about ").map(|(a, b)| (a.to_owned(), b.to_owned())).unwrap();
     let needed: u32 = needed.split_whitespace().next().unwrap().parse().unwrap();
     assert!((8..16384).contains(&needed), "{needed}");
     // The need is estimated from few samples; half as many again are surely enough.
