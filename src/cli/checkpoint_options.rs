@@ -83,14 +83,21 @@ impl CheckpointOptions {
     }
 }
 
+/// The signals that ask for an end: of the keyboard, of whoever ends the session or the machine, and of the schedulers of
+/// clusters shortly before they kill (`#SBATCH --signal=USR1@120`).
+#[cfg(unix)]
+const POLITE: [std::ffi::c_int; 4] = {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
+    [SIGINT, SIGTERM, SIGHUP, SIGUSR1]
+};
+#[cfg(not(unix))]
+const POLITE: [std::ffi::c_int; 2] = [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM];
+
 /// Becomes true when the user or the system wants the program to end; the second time it ends at once.
 pub(super) fn interruptions() -> anyhow::Result<Arc<AtomicBool>> {
-    use signal_hook::{
-        consts::{SIGINT, SIGTERM},
-        flag,
-    };
+    use signal_hook::flag;
     let interrupted = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
+    for signal in POLITE {
         // The order matters: the first signal finds the flag unset.
         flag::register_conditional_shutdown(signal, INTERRUPTED.into(), Arc::clone(&interrupted))
             .and_then(|_| flag::register(signal, Arc::clone(&interrupted)))

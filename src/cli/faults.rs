@@ -35,6 +35,7 @@ pub(super) fn of_job(error: &JobError, resumed: Option<&Path>) -> anyhow::Error 
         (JobError::DependentSamples { .. }, _) => anyhow!("--shard: {error}; give each run a seed of its own"),
         (JobError::UnknownGoal, _) => anyhow!("{error}; give --spp"),
         (JobError::ClosedSampler { .. }, _) => anyhow!("{error}; give --spp too, or --sampler independent"),
+        (JobError::Memory(_), _) => anyhow!("out of memory: {error}"),
         (JobError::TooManyParts { .. }, _) => anyhow!("--shard: {error}"),
         (error, Some(file)) if error.is_of_checkpoint() => anyhow!("{}: {error}", file.display()),
         (error, _) => anyhow!("{error}"),

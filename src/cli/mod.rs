@@ -1,5 +1,6 @@
 //! The command line.
 
+pub(crate) mod allocator;
 mod compare;
 mod checkpoint_options;
 mod faults;

@@ -57,6 +57,11 @@ fn address(text: &str) -> Result<[u32; 3], String> {
 
 impl Render {
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
+        // Meshes are made ready by several threads too.
+        self.source.threads()?.install(|| self.render())
+    }
+
+    fn render(&self) -> anyhow::Result<ExitCode> {
         let document = self.source.read()?;
         let overrides = self.source.overrides(self.integrator.clone());
         let renderer = self.source.renderer(&document, &overrides)?;
@@ -89,11 +94,10 @@ impl Render {
 
     /// Renders, and writes what there is to write.
     fn finish(&self, renderer: &Renderer, job: RenderJob, outputs: Option<&Outputs<'_>>) -> anyhow::Result<ExitCode> {
-        let pool = self.source.threads()?;
         let interrupted = interruptions()?;
         let checkpoint_every = self.checkpoint_options.every;
         let controls = Controls { start: Instant::now(), interrupted: &interrupted, checkpoint_every };
-        let (end, Checkpoint { record, film, state }) = pool.install(|| self.gather(renderer, job, &controls));
+        let (end, Checkpoint { record, film, state }) = self.gather(renderer, job, &controls);
         tell(end, &record);
         let kept = self.checkpoint_options.file().map(|file| record.write(file, &film, &state)).transpose();
         if let Some(outputs) = outputs {

@@ -126,7 +126,7 @@ impl Drop for Running {
 
 #[test]
 fn an_interrupted_render_writes_what_it_has_and_can_go_on() {
-    for signal in [Signal::SIGINT, Signal::SIGTERM] {
+    for signal in [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP, Signal::SIGUSR1] {
         let folder = Folder::with_scene(&busy("independent", BOX));
         // It cannot end before it is told to.
         let mut render = Running::start(&folder, "--spp 1000000000 --checkpoint a.ck --every 0s");

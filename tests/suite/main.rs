@@ -14,6 +14,8 @@ mod hostile_images;
 mod interruptions;
 mod kit;
 mod layers;
+#[cfg(target_os = "linux")]
+mod memory;
 mod photons;
 mod semantics;
 mod solids;

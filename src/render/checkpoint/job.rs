@@ -12,6 +12,7 @@ use thiserror::Error;
 use super::{Checkpoint, Identity, RenderRecord, RenderSource, ResourceUse, in_words};
 use crate::{
     integrator::{IntegratorModel as _, Notes, Preprocess},
+    memory::NoMemory,
     render::{
         Renderer, Rendering, Replicate,
         drive::{self, End, Plan},
@@ -107,6 +108,9 @@ pub enum JobError {
     /// The checkpoint cannot be continued.
     #[error("lacks the integrator's state, which the next sample depends on")]
     MissingState,
+    /// There is no room for the film.
+    #[error("{0}; a film with fewer pixels or layers needs less")]
+    Memory(#[from] NoMemory),
     /// A file of the scene cannot be read any more.
     #[error(transparent)]
     Scene(#[from] SceneError),
@@ -221,7 +225,7 @@ impl RenderJob {
         let record = RenderRecord { identity, attributes: Vec::new(), goal, taken: RangeSet::new(), cost };
         let checkpoint = match resumed {
             Some(resumed) => resumed.continued(record, &range, renderer)?,
-            None => Checkpoint { record, film: renderer.film(), state: Vec::new() },
+            None => Checkpoint { record, film: renderer.frame().film()?, state: Vec::new() },
         };
         let ranges = checkpoint.record.taken.gaps(&range).collect();
         Ok(Self { replicate, checkpoint, ranges, request: *request })

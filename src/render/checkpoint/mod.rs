@@ -75,7 +75,7 @@ impl Identity {
             samples: (!is_open_ended).then_some(replicate.samples),
             seed: replicate.seed,
             replicate: replicate.number,
-            frame: renderer.film().frame(),
+            frame: renderer.frame(),
         })
     }
 
