@@ -23,15 +23,15 @@ pub(super) struct CheckpointOptions {
     #[arg(long, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
     /// The time from one keeping to the next, such as 90s, 2m or 1.5h.
-    #[arg(long, value_name = "TIME", default_value = "60s", value_parser = duration)]
-    pub(super) every: Duration,
+    #[arg(long, alias = "every", value_name = "TIME", default_value = "60s", value_parser = duration)]
+    pub(super) checkpoint_every: Duration,
     /// Go on from a checkpoint of the same render, and keep on writing to it unless --checkpoint names another file. The
     /// image is that of a render without interruption, to the last bit. Without --spp, as many samples as it was to have.
     #[arg(long, value_name = "FILE")]
     pub(super) resume: Option<PathBuf>,
     /// End after this much time, such as 90s, 2m or 1.5h. Without --spp there is no other end, unless the sampler needs one.
-    #[arg(long, value_name = "TIME", value_parser = duration)]
-    pub(super) time: Option<Duration>,
+    #[arg(long, alias = "time", value_name = "TIME", value_parser = duration)]
+    pub(super) time_limit: Option<Duration>,
     /// End when the estimated error is below this part of the mean of the image, such as 1% or 0.01: the root of the mean
     /// variance of all pixels. Without --spp there is no other end, unless the sampler needs one.
     #[arg(long, value_name = "ERROR", value_parser = error)]
@@ -79,7 +79,7 @@ impl CheckpointOptions {
 
     /// Which samples are asked for.
     pub(super) fn request(&self, seed: Option<u64>, spp: Option<u32>) -> SampleRequest {
-        SampleRequest { seed, spp, shard: self.shard, time_limit: self.time, target_error: self.target_error }
+        SampleRequest { seed, spp, shard: self.shard, time_limit: self.time_limit, target_error: self.target_error }
     }
 }
 

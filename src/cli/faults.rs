@@ -31,7 +31,7 @@ fn line(fault: &Diagnostic) -> String {
 pub(super) fn of_job(error: &JobError, resumed: Option<&Path>) -> anyhow::Error {
     match (error, resumed) {
         (JobError::Scene(error), _) => of_scene(error),
-        (JobError::NoErrorEstimate { .. }, _) => anyhow!("--target-error: {error}; give --spp or --time"),
+        (JobError::NoErrorEstimate { .. }, _) => anyhow!("--target-error: {error}; give --spp or --time-limit"),
         (JobError::DependentSamples { .. }, _) => anyhow!("--shard: {error}; give each run a seed of its own"),
         (JobError::UnknownGoal, _) => anyhow!("{error}; give --spp"),
         (JobError::ClosedSampler { .. }, _) => anyhow!("{error}; give --spp too, or --sampler independent"),

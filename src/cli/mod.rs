@@ -5,6 +5,7 @@ mod compare;
 mod checkpoint_options;
 mod faults;
 mod merge;
+mod numbers;
 mod outputs;
 mod photons;
 mod plugins;

@@ -14,7 +14,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{
     checkpoint_options::{CheckpointOptions, INTERRUPTED, interruptions},
-    faults,
+    faults, numbers,
     outputs::{Outputs, Picture},
     say,
     source::SceneOptions,
@@ -36,7 +36,7 @@ pub(crate) struct Render {
     integrator: Option<String>,
     /// Samples per pixel, which are passes of integrators that work in passes [default: the scene's sample_count].
     #[arg(long, visible_alias = "passes", value_name = "N", allow_negative_numbers = true)]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(value_parser = numbers::samples)]
     spp: Option<u32>,
     /// The image to write.
     #[arg(short, long, value_name = "OUT.exr", required_unless_present_any = ["replay", "checkpoint", "resume"])]
@@ -44,15 +44,10 @@ pub(crate) struct Render {
     #[command(flatten)]
     picture: Picture,
     /// Print one sample of one pixel instead of rendering: its column and row in the image, and its number, from 0.
-    #[arg(long, value_name = "X,Y,SAMPLE", allow_hyphen_values = true, value_parser = address)]
+    #[arg(long, value_name = "X,Y,SAMPLE", allow_hyphen_values = true, value_parser = numbers::address)]
     replay: Option<[u32; 3]>,
     #[command(flatten)]
     checkpoint_options: CheckpointOptions,
-}
-
-fn address(text: &str) -> Result<[u32; 3], String> {
-    let numbers: Option<Vec<u32>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
-    numbers.and_then(|n| n.try_into().ok()).ok_or_else(|| "write three whole numbers like 3,4,0".into())
 }
 
 impl Render {
@@ -95,7 +90,7 @@ impl Render {
     /// Renders, and writes what there is to write.
     fn finish(&self, renderer: &Renderer, job: RenderJob, outputs: Option<&Outputs<'_>>) -> anyhow::Result<ExitCode> {
         let interrupted = interruptions()?;
-        let checkpoint_every = self.checkpoint_options.every;
+        let checkpoint_every = self.checkpoint_options.checkpoint_every;
         let controls = Controls { start: Instant::now(), interrupted: &interrupted, checkpoint_every };
         let (end, Checkpoint { record, film, state }) = self.gather(renderer, job, &controls);
         tell(end, &record);

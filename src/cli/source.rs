@@ -11,7 +11,7 @@ use etendue::{
     scene_file::{Document, xml},
 };
 
-use super::faults;
+use super::{faults, numbers};
 
 /// Which scene, with which values, seed and threads.
 #[derive(Debug, Args)]
@@ -29,20 +29,16 @@ pub(super) struct SceneOptions {
     #[arg(long, value_name = "NAME=VALUE", value_parser = definition)]
     param: Vec<(String, String)>,
     /// The seed [default: the sampler's, or 0].
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = numbers::seed)]
     seed: Option<u64>,
     /// Threads [default: one per core]. Results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", value_parser = numbers::count)]
     threads: Option<u16>,
 }
 
 fn definition(text: &str) -> Result<(String, String), String> {
     let (name, value) = text.split_once('=').ok_or("write it as name=value")?;
     Ok((name.to_owned(), value.to_owned()))
-}
-
-fn whole(text: &str) -> Result<u64, String> {
-    text.parse().map_err(|_| format!("write a whole number from 0 to {}", u64::MAX))
 }
 
 impl SceneOptions {

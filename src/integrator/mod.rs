@@ -28,7 +28,7 @@ use crate::{
     scene::{Scene, SurfaceInteraction},
     scene_file::{
         Category, Document, Object, ObjectId, Override, Param, ParamKind, Params, Property, Range, SceneError,
-        SourceLocation, Value, catalogue,
+        SourceLocation, Value, catalogue, whole_number,
     },
     transport::{PathLimits, Shadows},
 };
@@ -363,7 +363,7 @@ impl Overrides {
 
 /// Sets a parameter from text, of the type that the text looks like.
 fn set(object: &mut Object, name: &str, text: &str) {
-    let value = if let Ok(integer) = text.parse() {
+    let value = if let Some(integer) = whole_number(text).and_then(|number| number.try_into().ok()) {
         Value::Integer(integer)
     } else if let Ok(float) = text.parse() {
         Value::Float(float)

@@ -88,7 +88,7 @@ fn a_resumed_render_is_that_without_interruption() {
             let few = 2 + i % 2;
             let first = if of.1 == "independent" { format!("--spp {few}") } else { format!("--spp 7 --shard 1/{few}") };
             succeed(&folder, &format!("render scene.xml {first} --checkpoint a.ck --threads 3"));
-            succeed(&folder, "render scene.xml --spp 7 --resume a.ck --threads 2 -o resumed.exr --every 0s");
+            succeed(&folder, "render scene.xml --spp 7 --resume a.ck --threads 2 -o resumed.exr --checkpoint-every 0s");
             let resumed = image(&folder, "resumed.exr");
             assert!(bits(&whole) == bits(&resumed), "{of:?} {film}");
             assert_eq!(resumed.attribute("etendue.spp"), Some("7"));
@@ -215,9 +215,9 @@ fn checkpoints_of_other_renders_are_refused() {
         ("--seed 1 --checkpoint image.exr", "image.exr: is named twice"),
         ("--sampler sobol", "--sampler sobol: no sampler is called \"sobol\""),
         ("--spp 4 --shard 3/8", "--shard: 4 samples cannot be divided into 8 parts"),
-        ("--shard 1/2 --time 1s", "the number of samples is not known; give --spp"),
+        ("--shard 1/2 --time-limit 1s", "the number of samples is not known; give --spp"),
         (
-            "--sampler ldsampler --time 1s",
+            "--sampler ldsampler --time-limit 1s",
             "ldsampler depend on their number, which is not known; give --spp too, or --sampler independent",
         ),
         ("--integrator photonmapper --target-error 1%", "share one set of photons"),

@@ -33,8 +33,8 @@ fn help_names_the_exit_codes_and_every_option() {
                 "--passes",
                 "--checkpoint",
                 "--resume",
-                "--every",
-                "--time",
+                "--checkpoint-every",
+                "--time-limit",
                 "--target-error",
                 "--shard",
             ],
@@ -92,6 +92,36 @@ fn images_say_how_they_were_made() {
     assert!(provenance::version().starts_with(env!("CARGO_PKG_VERSION")));
     let seconds: f64 = image.attribute("etendue.seconds").unwrap().parse().unwrap();
     assert!((0.0..=passed + 0.001).contains(&seconds), "{seconds} of {passed}");
+}
+
+#[test]
+fn old_names_of_options_are_known() {
+    let folder = Folder::with_scene(&kit::ball());
+    let image = folder.render("--passes 2 --time 1000h --checkpoint a.ck --every 0s");
+    assert_eq!(image.attribute("etendue.spp"), Some("2"));
+    let help = run(&mut folder.etendue("render --help")).out;
+    assert!(!help.contains("--every") && !help.contains("--time "), "{help}");
+}
+
+#[test]
+fn whole_numbers_may_have_an_exponent() {
+    let folder = Folder::with_scene(&kit::ball().replace(
+        r#"<integer name="width" value="16"/>"#,
+        r#"<default name="size" value="16"/><integer name="width" value="$size"/>"#,
+    ));
+    let image = folder.render("--spp 1e1 --seed 2.5e3 --threads 1e0 --param max_depth=1e1 -D size=2e1");
+    let number = |name: &str| image.attribute(&format!("etendue.{name}")).unwrap().to_owned();
+    assert_eq!((number("spp"), number("seed"), image.crop.width), ("10".into(), "2500".into(), 20));
+    let plain = folder.render("--spp 10 --seed 2500 --param max_depth=10 -D size=20");
+    assert!(bits(&image) == bits(&plain));
+    for (option, fault) in [
+        ("--spp 1e-1", "error: invalid value '1e-1' for '--spp <N>': write a whole number from 1 to 4294967295"),
+        ("--param max_depth=1.5", "--param max_depth=1.5: \"max_depth\" is a float; must be an integer"),
+        ("-D size=1.5e0", "could not parse integer value \"1.5e0\""),
+    ] {
+        let said = run(&mut folder.etendue(&format!("render scene.xml -o image.exr {option}")));
+        assert!(said.code == Some(2) && said.err.contains(fault), "{option}: {}", said.err);
+    }
 }
 
 #[test]

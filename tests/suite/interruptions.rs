@@ -28,14 +28,14 @@ fn spp(image: &Image) -> u32 {
 #[test]
 fn time_ends_a_render() {
     let folder = Folder::with_scene(&busy("independent", BOX));
-    let image = folder.render("--time 0.3s");
+    let image = folder.render("--time-limit 0.3s");
     let seconds: f64 = image.attribute("etendue.seconds").unwrap().parse().unwrap();
     assert!(seconds >= 0.3, "{seconds} s with {} samples", spp(&image));
     assert!(bits(&image) == bits(&rendered(&folder, &format!("--spp {}", spp(&image)))));
     // There is always one sample.
-    let said = run(&mut folder.etendue("render scene.xml -o image.exr --time 0s --spp 100"));
+    let said = run(&mut folder.etendue("render scene.xml -o image.exr --time-limit 0s --spp 100"));
     assert_eq!((said.code, said.err.as_str()), (Some(0), "the time is up with 1 samples of each pixel\n"));
-    let complete = folder.render("--time 1000h --spp 3");
+    let complete = folder.render("--time-limit 1000h --spp 3");
     assert_eq!(spp(&complete), 3);
 }
 
@@ -129,7 +129,7 @@ fn an_interrupted_render_writes_what_it_has_and_can_go_on() {
     for signal in [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP, Signal::SIGUSR1] {
         let folder = Folder::with_scene(&busy("independent", BOX));
         // It cannot end before it is told to.
-        let mut render = Running::start(&folder, "--spp 1000000000 --checkpoint a.ck --every 0s");
+        let mut render = Running::start(&folder, "--spp 1000000000 --checkpoint a.ck --checkpoint-every 0s");
         render.wait_for("its first checkpoint", |_| folder.path("a.ck").exists());
         render.send(signal);
         assert_eq!(render.wait().code(), Some(130));
@@ -168,7 +168,7 @@ fn a_killed_render_goes_on_to_the_same_image() {
         // Killed at its start, and after as many checkpoints as these; what it does then, it may do at any moment.
         for checkpoints in [0, 1, 4, 0, 9, 2] {
             let resume = if folder.path("a.ck").exists() { "--resume" } else { "--checkpoint" };
-            let mut render = Running::start(&folder, &format!("{options} {resume} a.ck --every 0s"));
+            let mut render = Running::start(&folder, &format!("{options} {resume} a.ck --checkpoint-every 0s"));
             let file = || fs::metadata(folder.path("a.ck")).ok().map(|data| (data.ino(), data.modified().unwrap()));
             let (mut last, mut seen) = (file(), 0);
             while seen < checkpoints && !render.has_ended() {
