@@ -3,7 +3,7 @@
 //!
 //! The modules stand in this order, and each uses only itself and those above it; a test holds them to it:
 //!
-//! 1. what everything stands on: [`math`], [`stats`] and [`law`], which is how claims are written down;
+//! 1. what everything stands on: [`memory`], [`math`], [`stats`] and [`law`], which is how claims are written down;
 //! 2. what a scene file says: [`scene_file`], and [`provenance`], which hashes its files;
 //! 3. what a scene is made of: [`texture`], [`shape`], [`bsdf`], [`emitter`], [`sampler`], [`film`], [`sensor`], and the
 //!    [`scene`] that they make;
@@ -39,6 +39,7 @@
 //! # Ok::<(), etendue::node::SceneError>(())
 //! ```
 
+pub mod memory;
 pub mod math;
 pub mod stats;
 pub mod law;

@@ -63,7 +63,7 @@ pub fn ply(maps: &[(PhotonMapKind, &EmittedPhotons)]) -> Vec<u8> {
     let mut bytes = format!(
         "ply\nformat binary_little_endian 1.0\ncomment photons: power in W, (dx, dy, dz) towards where they came from\n\
          comment class: 0 direct, 2 caustic, 3 indirect; map: 0 global, 1 caustic\n\
-         element si {count}\n{PLY_PROPERTIES}end_header\n"
+         element vertex {count}\n{PLY_PROPERTIES}end_header\n"
     )
     .into_bytes();
     for kept in all(maps) {
@@ -121,7 +121,7 @@ mod tests {
         let bytes = ply(&[(PhotonMapKind::Global, &global), (PhotonMapKind::Caustic, &caustic)]);
         let text = String::from_utf8_lossy(&bytes);
         let end = text.find("end_header\n").expect("the header ends") + "end_header\n".len();
-        assert!(text[..end].contains("element si 3\n"));
+        assert!(text[..end].contains("element vertex 3\n"));
         assert_eq!(bytes.len() - end, 3 * 43);
         assert_eq!(bytes[end..end + 4], 1.0_f32.to_le_bytes());
         assert_eq!(bytes[bytes.len() - 4..], [PathClass::Caustic as u8, 1, 0, 1]);

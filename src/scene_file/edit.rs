@@ -1,6 +1,6 @@
 //! Changes of a document before it is read, and objects as text.
 
-use super::{Category, Document, Object, ObjectId, Plugin, Property, SourceLocation, Value};
+use super::{Category, Document, Object, ObjectId, Override, Plugin, Property, SourceLocation, Value};
 
 impl Document {
     /// The first object of a category that stands in an object.
@@ -14,14 +14,12 @@ impl Document {
 
     /// Adds an object that can stand in another's place: the plugin `name`, of which `plugins` are known, with those
     /// parameters of the other that it has too. An object that wraps others of its category leaves the parameters to them.
-    /// `option` is what the user wrote to get it.
     pub fn add_stand_in(
         &mut self,
         own: Option<ObjectId>,
         category: Category,
         name: &str,
         plugins: &[&Plugin],
-        option: &str,
     ) -> ObjectId {
         let known = plugins.iter().find(|plugin| plugin.name == name);
         let has = |param: &str| known.is_some_and(|plugin| plugin.params.iter().any(|p| p.name == param));
@@ -36,7 +34,7 @@ impl Document {
             category,
             plugin: name.to_owned(),
             id: None,
-            place: SourceLocation::argument(option),
+            place: SourceLocation::Override(Override::Plugin { category, name: name.to_owned() }),
             folder: self.object(self.root).folder.clone(),
             properties,
         });

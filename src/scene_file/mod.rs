@@ -6,12 +6,14 @@
 mod catalogue;
 mod edit;
 mod error;
+mod number;
 mod params;
 mod plugin;
 pub mod xml;
 
 pub(crate) use catalogue::catalogue;
-pub use error::{Diagnostic, SceneError, SourceLocation};
+pub use error::{Diagnostic, Override, SceneError, SourceLocation};
+pub use number::whole_number;
 pub use params::Params;
 pub use plugin::{DefaultValue, Described, FARTHEST, Param, ParamKind, Plugin, Range};
 

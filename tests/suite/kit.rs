@@ -132,6 +132,17 @@ impl Folder {
     }
 }
 
+/// The program, run in a folder by a shell that sets limits before; arguments are still to come. Beside these limits it
+/// gets ten seconds of processor time, of which it needs a fraction: unlike the time of a clock, they do not depend on
+/// what else the machine does.
+pub(crate) fn limited(folder: &Folder, limits: &str) -> Command {
+    let mut command = std::process::Command::new("sh");
+    command.current_dir(folder.path("")).arg("-c").arg(format!("ulimit -t 10; {limits}; exec \"$0\" \"$@\""));
+    // Each thread takes address space.
+    command.env("RAYON_NUM_THREADS", "2").arg(assert_cmd::cargo::cargo_bin("etendue"));
+    Command::from_std(command)
+}
+
 /// What a finished run said.
 pub(crate) struct Said {
     pub(crate) code: Option<i32>,

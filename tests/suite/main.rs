@@ -15,6 +15,8 @@ mod imports;
 mod interruptions;
 mod kit;
 mod layers;
+#[cfg(target_os = "linux")]
+mod memory;
 mod photons;
 mod semantics;
 mod solids;
