@@ -149,7 +149,7 @@ fn text_that_is_no_xml() {
     let cases = [
         (
             "",
-            "1:1: not XML: the document does not have a root scene_file; a scene file begins with <scene version=\"3.0.0\">",
+            "1:1: not XML: the document does not have a root node; a scene file begins with <scene version=\"3.0.0\">",
         ),
         ("hello", "1:1: not XML: unknown token"),
         ("<scene version=\"3.0.0\">\n<bsdf type=\"x\">", "2:1: <bsdf> is never closed; close it with </bsdf>"),
