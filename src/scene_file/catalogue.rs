@@ -28,7 +28,7 @@ macro_rules! catalogue {
                 match self { $(Self::$Member(_) => &<$Type as $crate::scene_file::Described>::PLUGIN),* }
             }
 
-            /// Reads an object of this category, all but what [`Params::finish`](crate::node::Params::finish) checks.
+            /// Reads an object of this category, all but what [`Params::finish`](crate::scene_file::Params::finish) checks.
             ///
             /// # Errors
             /// If no member has this name, or a parameter is wrong.

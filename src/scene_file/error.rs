@@ -1,21 +1,25 @@
 use std::{fmt, sync::Arc};
 
-/// A position in a scene's files, or an argument of the command line that changes the scene.
+/// A position in a scene's files, in the program that builds a scene, or an argument of the command line that changes
+/// the scene. Displays as `FILE:LINE:COLUMN`, followed by the object for a scene that is built in code.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SourceLocation {
-    /// The file as the user named it, or the argument.
+    /// The file as the user named it, the Rust source that builds the scene, or the argument.
     pub file: Arc<str>,
     /// The line, from 1; 0 for an argument.
     pub line: u32,
     /// The column in characters, from 1; 0 for an argument.
     pub column: u32,
+    /// In a scene that is built in code, the object with those around it, such as `shape "sphere" #2 > bsdf "diffuse"`:
+    /// a loop makes many objects at one position.
+    pub object: Option<Arc<str>>,
 }
 
 impl SourceLocation {
     /// An argument of the command line.
     #[must_use]
     pub fn argument(text: &str) -> Self {
-        Self { file: text.into(), line: 0, column: 0 }
+        Self { file: text.into(), line: 0, column: 0, object: None }
     }
 }
 
@@ -24,11 +28,15 @@ impl fmt::Display for SourceLocation {
         if self.line == 0 {
             return f.write_str(&self.file);
         }
-        write!(f, "{}:{}:{}", self.file, self.line, self.column)
+        write!(f, "{}:{}:{}", self.file, self.line, self.column)?;
+        match &self.object {
+            Some(object) => write!(f, ": {object}"),
+            None => Ok(()),
+        }
     }
 }
 
-/// One fault in a scene file: where, what, and what would have been right. Displays as one line.
+/// One fault of a scene: where, what, and what would have been right. Displays as one line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
     /// Where, unless the fault is in no file (a parameter given on the command line).
@@ -52,8 +60,9 @@ impl fmt::Display for Diagnostic {
     }
 }
 
-/// All that is wrong with a scene, at least one fault; displays as one line each.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// All that is wrong with a scene, at least one fault. Displays as one line for each; its `Debug` output is the same, so
+/// that a `main` that returns it prints lines to read.
+#[derive(Clone, PartialEq, Eq)]
 pub struct SceneError(pub Vec<Diagnostic>);
 
 impl SceneError {
@@ -86,6 +95,12 @@ impl fmt::Display for SceneError {
             write!(f, "{diagnostic}")?;
         }
         Ok(())
+    }
+}
+
+impl fmt::Debug for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
     }
 }
 
