@@ -14,6 +14,7 @@ mod hostile_images;
 mod interruptions;
 mod kit;
 mod layers;
+mod library;
 mod photons;
 mod semantics;
 mod solids;
