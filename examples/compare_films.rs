@@ -15,8 +15,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // The test assumes that the two sides are independent, so each render has a seed of its own.
     let few = render("path, 16 spp", &path, 1, 16)?;
-    let many = render("path, 1024 spp", &path, 2, 1024)?;
-    let traced_from_light = render("light tracing, 1024 spp", &light, 3, 1024)?;
+    let many = render("path, 8192 spp", &path, 2, 8192)?;
+    let traced_from_light = render("light tracing, 8192 spp", &light, 3, 8192)?;
     let without_indirect = render("path with max_depth 2, 1024 spp", &direct, 4, 1024)?;
 
     // Few samples have large errors: no difference is found, but a bias of half a percent could not have been found.
@@ -54,7 +54,7 @@ fn explain(test: &ImageEstimate, reference: &ImageEstimate) -> Result<(), Box<dy
     Ok(())
 }
 
-/// A ball in a corner of two walls and a floor, all of them diffuse and white, under a lamp.
+/// A red ball in a white corner of two walls and a floor, all of them diffuse, under a lamp.
 fn room(integrator: ObjectBuilder) -> Result<Document, SceneError> {
     let white = || bsdf("diffuse").with("reflectance", 0.7);
     let square = |to_world| shape("rectangle").with("to_world", to_world);
@@ -70,6 +70,6 @@ fn room(integrator: ObjectBuilder) -> Result<Document, SceneError> {
         .child(square(wall().translate([0.0, 0.0, -2.0])).child(white()))
         .child(square(wall().rotate([0.0, 1.0, 0.0], 90.0).translate([-2.0, 0.0, 0.0])).child(white()))
         .child(square(wall().rotate([1.0, 0.0, 0.0], -90.0).translate([0.0, -2.0, 0.0])).child(white()))
-        .child(shape("sphere").child(white()))
+        .child(shape("sphere").child(bsdf("diffuse").with("reflectance", rgb(0.8, 0.3, 0.2))))
         .build()
 }

@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // The EXR file has linear 32-bit floats, and any text as an attribute of its header.
     let mut image = film.image();
-    image.attributes.push(("comments".into(), format!("{PASSES} passes of progressive photon mapping")));
+    image.attributes.push(("passes".into(), PASSES.to_string()));
     exr::write(&folder.join("caustic.exr"), &image)?;
 
     // The PNG file is for the eye: the exposure takes the mean luminance to a middle grey, and what is brighter is clipped.

@@ -56,7 +56,8 @@ fn set_permissions(file: &tempfile::NamedTempFile) -> std::io::Result<()> {
 /// Writes an image with its attributes in the header, as 32-bit floats with lossless compression.
 ///
 /// # Errors
-/// If the file cannot be written. An older file of this name is then unchanged.
+/// If the file cannot be written, or an attribute has a name that `OpenEXR` reserves, such as `comments`. An older file of
+/// this name is then unchanged.
 pub fn write(path: &Path, image: &Image) -> Result<(), FileError> {
     let channel =
         |(name, values): &(String, Vec<f32>)| AnyChannel::new(name.as_str(), FlatSamples::F32(values.clone()));
