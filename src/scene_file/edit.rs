@@ -3,7 +3,7 @@
 use super::{Category, Document, Object, ObjectId, Override, Plugin, Property, SourceLocation, Value};
 
 impl Document {
-    /// The first object of a category that stands in an object.
+    /// The first child of a category that an object has.
     #[must_use]
     pub fn child(&self, parent: ObjectId, category: Category) -> Option<ObjectId> {
         self.object(parent).properties.iter().find_map(|property| match property.value {
@@ -12,8 +12,9 @@ impl Document {
         })
     }
 
-    /// Adds an object that can stand in another's place: the plugin `name`, of which `plugins` are known, with those
-    /// parameters of the other that it has too. An object that wraps others of its category leaves the parameters to them.
+    /// Adds an object that can take the place of `own`: the plugin `name`, one of `plugins`, with those parameters of `own`
+    /// that it has too. If `own` wraps other objects of its category, their parameters are taken as well. Messages about the
+    /// new object name `option`, the text by which the user asked for it.
     pub fn add_stand_in(
         &mut self,
         own: Option<ObjectId>,
@@ -41,8 +42,8 @@ impl Document {
         ObjectId(self.objects.len() - 1)
     }
 
-    /// An object as text, the same for all ways to write it: its plugin with the parameters that are set, in the order of
-    /// their names, but for those that are `left_out`.
+    /// An object as text that does not depend on the order in which it was written: the name of its plugin with the
+    /// parameters that are set, sorted by name, without those in `left_out`.
     #[must_use]
     pub fn describe(&self, id: ObjectId, left_out: &[&str]) -> String {
         let object = self.object(id);

@@ -14,8 +14,31 @@ pub enum SourceLocation {
         /// The column in characters, from 1.
         column: u32,
     },
+    /// A position in the program that builds the scene.
+    Code {
+        /// The Rust source file.
+        file: Arc<str>,
+        /// The line, from 1.
+        line: u32,
+        /// The column in characters, from 1.
+        column: u32,
+        /// The object with those around it, such as `shape "sphere" #2 > bsdf "diffuse"`: a loop makes many objects at one
+        /// position.
+        object: Option<Arc<str>>,
+    },
     /// A change of the scene that stands in none of its files.
     Override(Override),
+}
+
+impl SourceLocation {
+    /// The same position in a program, for an object.
+    #[must_use]
+    pub(super) fn for_object(self, label: &Arc<str>) -> Self {
+        match self {
+            Self::Code { file, line, column, .. } => Self::Code { file, line, column, object: Some(label.clone()) },
+            other => other,
+        }
+    }
 }
 
 /// A change of a scene after its files were read.
@@ -50,12 +73,14 @@ impl fmt::Display for SourceLocation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::File { file, line, column } => write!(f, "{file}:{line}:{column}"),
+            Self::Code { file, line, column, object: None } => write!(f, "{file}:{line}:{column}"),
+            Self::Code { file, line, column, object: Some(object) } => write!(f, "{file}:{line}:{column}: {object}"),
             Self::Override(change) => change.fmt(f),
         }
     }
 }
 
-/// One fault in a scene file: where, what, and what would have been right. Displays as one line.
+/// One fault of a scene: where, what, and what would have been right. Displays as one line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
     /// Where, unless the fault has no place.
@@ -86,8 +111,9 @@ impl fmt::Display for Diagnostic {
     }
 }
 
-/// All that is wrong with a scene, at least one fault; displays as one line each.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// All that is wrong with a scene, at least one fault. Displays as one line for each; its `Debug` output is the same, so
+/// that a `main` that returns it prints lines to read.
+#[derive(Clone, PartialEq, Eq)]
 pub struct SceneError(pub Vec<Diagnostic>);
 
 impl SceneError {
@@ -120,6 +146,12 @@ impl fmt::Display for SceneError {
             write!(f, "{diagnostic}")?;
         }
         Ok(())
+    }
+}
+
+impl fmt::Debug for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
     }
 }
 

@@ -10,7 +10,7 @@ use std::{
 
 use etendue::{
     film::{Image, exr},
-    integrator::Overrides,
+    integrator::{IntegratorState, Overrides},
     render::{
         Renderer, Replicate,
         checkpoint::{
@@ -382,7 +382,7 @@ fn the_library_refuses_what_cannot_go_on() {
 
     let chained = Tiny::new(CHAINED);
     assert_eq!(fault(&chained, half, None), JobError::DependentSamples { integrator: "sppm" });
-    let without_state = Checkpoint { state: Vec::new(), ..chained.run(samples(4), None) };
+    let without_state = Checkpoint { state: IntegratorState::Empty, ..chained.run(samples(4), None) };
     assert_eq!(fault(&chained, samples(8), Some(without_state)), JobError::MissingState);
     let mapped = Tiny::new(r#"<integrator type="photonmapper"/>"#);
     let exact = SampleRequest { target_error: Some(0.1), ..samples(8) };

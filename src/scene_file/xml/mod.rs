@@ -36,19 +36,19 @@
 //! an included file names them. A `<path>` is honoured by rewriting `filename`: it comes before the scene's folder.
 
 mod element;
-mod fault;
+pub(super) mod fault;
 mod guard;
 mod include;
 mod params;
 mod property;
 mod reader;
-mod refs;
+pub(super) mod refs;
 mod source;
 #[cfg(test)]
 mod tests;
 mod transform;
 mod upgrade;
-mod values;
+pub(super) mod values;
 
 use std::path::Path;
 

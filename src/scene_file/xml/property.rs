@@ -1,7 +1,7 @@
 use glam::DAffine3;
 use roxmltree::Node;
 
-use crate::scene_file::{Spectrum, Value};
+use crate::scene_file::{Spectrum, Value, transform::regular};
 
 use super::{
     element::Element,
@@ -50,7 +50,7 @@ impl Reader {
         }
         // A fault of an operation is reported already.
         let Some(whole) = whole.filter(|_| element.sound) else { return };
-        match transform::regular(whole) {
+        match regular(whole) {
             Ok(whole) => self.named(file, &element, parent, DraftValue::Ready(Value::Transform(whole))),
             Err(fault) => self.fault(file, &element, fault),
         }

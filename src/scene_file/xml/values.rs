@@ -127,6 +127,11 @@ pub(super) fn spectrum(text: &str) -> Result<Spectrum, ParseFault> {
                 .hint("write one number, or pairs like 400:0.1, 700:0.2")),
         })
         .collect::<Result<Vec<_>, _>>()?;
+    tabulated(pairs)
+}
+
+/// The spectrum of two or more pairs of wavelength and value, with rising wavelengths.
+pub(in crate::scene_file) fn tabulated(pairs: Vec<(f64, f64)>) -> Result<Spectrum, ParseFault> {
     if pairs.len() < 2 {
         let fault = ParseFault::new(format!("a spectrum needs 2 pairs, got {}", pairs.len()));
         return Err(fault.hint("write one number, or pairs like 400:0.1, 700:0.2"));
