@@ -2,6 +2,7 @@
 
 use std::{
     fs,
+    io::BufReader,
     path::{Path, PathBuf},
 };
 
@@ -130,6 +131,14 @@ impl Folder {
         self.etendue(&format!("render scene.xml -o image.exr {options}")).assert().success();
         exr::read(&self.path("image.exr")).unwrap()
     }
+}
+
+/// The width and height of a PNG file, and its bytes row by row.
+pub(crate) fn read_png(path: &Path) -> ((u32, u32), Vec<u8>) {
+    let mut reader = png::Decoder::new(BufReader::new(fs::File::open(path).unwrap())).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut bytes).unwrap();
+    ((info.width, info.height), bytes)
 }
 
 /// What a finished run said.
