@@ -3,6 +3,7 @@
 pub mod equivalence;
 pub mod laws;
 mod metrics;
+mod npy;
 pub mod pictures;
 mod reference;
 
