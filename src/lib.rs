@@ -11,7 +11,8 @@
 //! 5. all of it looked at from outside: the [`catalogue`] of everything that scene files can name, the [`comparison`] of
 //!    images, the [`evidence`] that claims hold, its [`report`], and the [`study`] of how errors fall.
 //!
-//! The command line, `cli`, is the binary's.
+//! The command line, `cli`, is the binary's. All features are on by default; without them the library reads scenes, renders
+//! them and compares images. The feature `verify` adds the modules `evidence` and `report`, and `study` adds `study`.
 //!
 //! A white ball under an even sky cannot be seen, because every path brings the sky's radiance:
 //!
@@ -57,6 +58,9 @@ pub mod integrator;
 pub mod render;
 pub mod catalogue;
 pub mod comparison;
+#[cfg(feature = "verify")]
 pub mod evidence;
+#[cfg(feature = "verify")]
 pub mod report;
+#[cfg(feature = "study")]
 pub mod study;

@@ -22,6 +22,7 @@ mod sample;
 mod scenes;
 pub mod summary;
 
+#[cfg(feature = "study")]
 pub(crate) use page::{environment, now};
 
 use std::path::{Path, PathBuf};
