@@ -49,10 +49,15 @@
 //!    estimators: `path`, `ptracer`, `photonmapper`, `sppm` and others. A [`Renderer`](render::Renderer) of [`render`] takes
 //!    samples on all threads and adds them to a [`Film`](film::Film).
 //! 5. **Use and checks.** The [`catalogue`] lists all plugins with their parameters. A [`comparison`] judges two images. The
-//!    [`prelude`] has what most programs need. [`validation`] runs all laws and compares all scenes, [`report`] shows the
-//!    result as a page, and a [`study`] measures how errors fall.
+//!    [`prelude`] has what most programs need. [`validation`] runs all laws and compares all scenes, `report` shows the
+//!    result as a page, and a `study` measures how errors fall.
 //!
 //! The command line is the binary's own module and not part of the library.
+//!
+//! # Features
+//!
+//! All features are on by default. Without them the library reads scenes, renders them and compares images. The feature
+//! `verify` adds the modules `validation` and `report`, and `study` adds `study`.
 
 pub mod memory;
 pub mod math;
@@ -75,9 +80,13 @@ pub mod render;
 pub mod catalogue;
 pub mod comparison;
 pub mod prelude;
+#[cfg(feature = "verify")]
 pub mod validation;
+#[cfg(feature = "verify")]
 mod plot;
+#[cfg(feature = "verify")]
 pub mod report;
+#[cfg(feature = "study")]
 pub mod study;
 
 #[doc = include_str!("../docs/glossary.md")]

@@ -2,6 +2,7 @@
 
 use std::{
     fs,
+    io::BufReader,
     path::{Path, PathBuf},
 };
 
@@ -141,6 +142,14 @@ pub(crate) fn limited(folder: &Folder, limits: &str) -> Command {
     // Each thread takes address space.
     command.env("RAYON_NUM_THREADS", "2").arg(assert_cmd::cargo::cargo_bin("etendue"));
     Command::from_std(command)
+}
+
+/// The width and height of a PNG file, and its bytes row by row.
+pub(crate) fn read_png(path: &Path) -> ((u32, u32), Vec<u8>) {
+    let mut reader = png::Decoder::new(BufReader::new(fs::File::open(path).unwrap())).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut bytes).unwrap();
+    ((info.width, info.height), bytes)
 }
 
 /// What a finished run said.
