@@ -18,7 +18,7 @@ use crate::{
 /// This law.
 pub const LAWS: &[Law] = &[Law {
     name: "progressive/pane",
-    claim: "Progressive photon mapping shows a floor under a pane of glass with the radiance of the closed form, at three angles of the \
+    claim: "Progressive photon mapping shows a floor under a pane of glass with the radiance of the closed form, in three bands of angles of the \
             eye: with the blur of its passes exactly, and without it within 2 %, with a radius for each pass and for each pixel.",
     source: "the closed form of caustic/pane, blurred by the kernel of each pass",
     check: Check::Analytic(seen_through),
@@ -49,7 +49,7 @@ fn seen_through(effort: Effort) -> Vec<Finding> {
             let shown: Vec<_> = film.means().into_iter().map(Rgb::from_array).collect();
             pane::band_means(&shown, &pixels)
         };
-        let found: Vec<_> = (0..effort.samples(20)).into_par_iter().map(image).collect();
+        let found: Vec<_> = (0..effort.samples(26)).into_par_iter().map(image).collect();
         let radii: Vec<_> =
             squares_of_passes(ALPHA).take(PASSES as usize).map(|squared| RADIUS * squared.sqrt()).collect();
         let blurred = pane::expected(&pixels, pane::blurred(Kernel::Epanechnikov, &radii, &pixels));
