@@ -226,9 +226,9 @@ fn as_seen(pdf: PerArea, from: DVec3, p: DVec3, n: DVec3) -> Option<PerSolidAngl
     pdf.to_solid_angle(n.dot(way) / distance_squared.sqrt(), distance_squared)
 }
 
-catalogue! {
+catalogue! { ($)
     /// The geometry of a shape, without material and emitter.
-    pub enum Geometry: ShapeModel + SolidModel in Category::Shape, {
+    pub enum Geometry: ShapeModel + SolidModel in Category::Shape, each_geometry {
         /// A sphere or an ellipsoid.
         Sphere(EllipsoidShape<Sphere>),
         /// An ellipsoid.
@@ -263,6 +263,19 @@ catalogue! {
         Mesh(mesh::Mesh<mesh::Arrays>),
         /// Union, intersection and difference.
         Csg(Csg),
+    }
+}
+
+/// Answers of the traits that are asked for all along a ray: by these names they are inlined, kind by kind.
+impl Geometry {
+    #[inline(always)]
+    fn intersect_block(&self, block: u32, ray: &Ray, shear: &mut Option<Shear>) -> Option<Hit> {
+        each_geometry!(self, geometry => geometry.intersect_block(block, ray, shear))
+    }
+
+    #[inline(always)]
+    fn span(&self, line: &Line) -> Option<Span> {
+        each_geometry!(self, geometry => geometry.span(line))
     }
 }
 
