@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Paths per core-second of etendue and of Mitsuba on the same scenes, in one run, and how busy etendue keeps the cores.
+"""Paths per core-second of etendue and of Mitsuba on the same scenes, and how busy etendue keeps the cores.
 
-Each renderer renders each scene several times in turn; the median counts. Core-seconds are user CPU time of the
-render alone: loading is left out by taking the difference of a long and a short render.
+The renderers take turns on each scene, several times; the median counts. Core-seconds are the user CPU time of the render alone:
+the difference between a long and a short render leaves out the time to load the scene.
 """
 
 import argparse
@@ -18,6 +18,10 @@ from functools import partial
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent / "scripts"))
+
+import etendue
+
 SCENES = ["cbox", "cbox-glass", "mesh", "dof"]
 PIXELS = 256 * 256
 SHORT_SPP = 1
@@ -41,22 +45,22 @@ print(json.dumps([after.user - before.user, time.perf_counter() - start]))
 """
 
 
-def measure_etendue(binary: Path, scene: Path, spp: int, threads: int) -> tuple[float, float]:
-    """User and wall-clock seconds of one process."""
-    command = [binary, "render", scene, "-o", OUTPUT, "--spp", str(spp)]
+def measure_process(program: Path, scene: Path, spp: int, threads: int) -> tuple[float, float]:
+    """User and wall-clock seconds of one process of etendue."""
+    command = [program, "render", scene, "-o", OUTPUT, "--spp", str(spp)]
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime, time.perf_counter()
     subprocess.run([*map(str, command), "--threads", str(threads)], check=True)
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before, time.perf_counter() - start
 
 
-def etendue(binary: Path, scene: Path, spp: int, threads: int) -> tuple[float, float]:
+def measure_etendue(program: Path, scene: Path, spp: int, threads: int) -> tuple[float, float]:
     """User and wall-clock seconds of rendering alone."""
-    long, short = (measure_etendue(binary, scene, n, threads) for n in (spp + SHORT_SPP, SHORT_SPP))
+    long, short = (measure_process(program, scene, n, threads) for n in (spp + SHORT_SPP, SHORT_SPP))
     return long[0] - short[0], long[1] - short[1]
 
 
-def mitsuba(variant: str, scene: Path, spp: int, threads: int) -> tuple[float, float]:
-    """User and wall-clock seconds of a second render in one process, when everything is compiled."""
+def measure_mitsuba(variant: str, scene: Path, spp: int, threads: int) -> tuple[float, float]:
+    """User and wall-clock seconds of the second render in a process, whose kernels are already compiled."""
     command = [sys.executable, "-c", MITSUBA, variant, str(scene), str(spp), str(threads)]
     user, wall = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()[-1])
     return user, wall
@@ -64,19 +68,20 @@ def mitsuba(variant: str, scene: Path, spp: int, threads: int) -> tuple[float, f
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("scenes", nargs="*", default=SCENES, help="names in benches/scenes (default: %(default)s)")
-    parser.add_argument("--spp", type=int, default=64)
-    parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--threads", type=int, default=os.cpu_count())
-    parser.add_argument("--variants", nargs="*", default=["scalar_rgb"], help="of Mitsuba (default: %(default)s)")
-    parser.add_argument("--etendue", type=Path, default=HERE.parent / "target" / "release" / "etendue")
+    parser.add_argument("scenes", nargs="*", default=SCENES, help="names of scenes in benches/scenes (default: %(default)s)")
+    parser.add_argument("--spp", type=int, default=64, help="samples per pixel (default: %(default)s)")
+    parser.add_argument("--repeats", type=int, default=3, help="renders of each scene (default: %(default)s)")
+    parser.add_argument("--threads", type=int, default=os.cpu_count(), help="number of threads (default: one per core)")
+    parser.add_argument("--variants", nargs="*", default=["scalar_rgb"], help="variants of Mitsuba (default: %(default)s)")
+    etendue.add_program_option(parser)
     arguments = parser.parse_args()
-    print(f"{'scene':<12} {'renderer':<14} {'M paths/core-s':>15} {'cores busy':>11} {'against':>9}")
+    program = etendue.binary(arguments.etendue)
+    print(f"{'scene':<12} {'renderer':<14} {'M paths/core-s':>15} {'cores busy':>11} {'speedup':>9}")
     for name in arguments.scenes:
         scene = HERE / "scenes" / f"{name}.xml"
-        runs = {"etendue": partial(etendue, arguments.etendue, scene, arguments.spp, arguments.threads)}
+        runs = {"etendue": partial(measure_etendue, program, scene, arguments.spp, arguments.threads)}
         for variant in arguments.variants:
-            runs[variant] = partial(mitsuba, variant, scene, arguments.spp, arguments.threads)
+            runs[variant] = partial(measure_mitsuba, variant, scene, arguments.spp, arguments.threads)
         times = {key: [] for key in runs}
         for _ in range(arguments.repeats):
             for key, run in runs.items():

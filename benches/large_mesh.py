@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Seconds and peak memory to load a mesh of a million triangles, build its hierarchy and render 64 x 64 pixels once.
+"""Seconds and peak memory to load a mesh of a million triangles, build its BVH and render 64 x 64 pixels once.
 
-Of etendue, and of Mitsuba in the same run if it is installed. Each is a process of its own, all told; the best of
-several runs counts.
+Measures etendue, and Mitsuba too if it is installed. Each render is a process of its own, measured from start to end; the best
+of several runs counts.
 """
 
 import argparse
@@ -15,6 +15,9 @@ import tempfile
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent / "scripts"))
+
+import etendue
 
 SCENE = """<scene version="3.0.0">
   <integrator type="path"><integer name="max_depth" value="2"/></integrator>
@@ -46,7 +49,7 @@ print(json.dumps([seconds, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrs
 
 
 def write_waves(path: Path, side: int) -> int:
-    """Write a height field as a binary PLY file; the number of its triangles."""
+    """Write a height field as a binary PLY file; returns the number of its triangles."""
     triangles = 2 * (side - 1) ** 2
     header = (
         f"ply\nformat binary_little_endian 1.0\nelement vertex {side * side}\n"
@@ -58,9 +61,7 @@ def write_waves(path: Path, side: int) -> int:
         for i in range(side):
             for j in range(side):
                 x, z = 4 * i / (side - 1) - 2, 4 * j / (side - 1) - 2
-                file.write(
-                    struct.pack("<3f", x, 0.2 * math.sin(9 * x) * math.cos(7 * z), z)
-                )
+                file.write(struct.pack("<3f", x, 0.2 * math.sin(9 * x) * math.cos(7 * z), z))
         for i in range(side - 1):
             for j in range(side - 1):
                 a, b = i * side + j, (i + 1) * side + j
@@ -69,55 +70,30 @@ def write_waves(path: Path, side: int) -> int:
 
 
 def measure(command: list[str], repeats: int) -> tuple[float, float]:
-    """The least wall-clock seconds and peak megabytes of a process."""
-    runs = [
-        json.loads(
-            subprocess.run(
-                [sys.executable, "-c", MEASURED, *command],
-                check=True,
-                capture_output=True,
-            ).stdout
-        )
-        for _ in range(repeats)
-    ]
+    """The least wall-clock seconds and the least peak megabytes of a process."""
+    call = [sys.executable, "-c", MEASURED, *command]
+    runs = [json.loads(subprocess.run(call, check=True, capture_output=True).stdout) for _ in range(repeats)]
     return min(run[0] for run in runs), min(run[1] for run in runs)
 
 
+def has_mitsuba() -> bool:
+    return subprocess.run([sys.executable, "-c", "import mitsuba"], check=False, capture_output=True).returncode == 0
+
+
 def main() -> None:
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument(
-        "--side",
-        type=int,
-        default=708,
-        help="vertices along each side (default: %(default)s)",
-    )
-    parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument(
-        "--etendue", type=Path, default=HERE.parent / "target" / "release" / "etendue"
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--side", type=int, default=708, help="vertices along each side (default: %(default)s)")
+    parser.add_argument("--repeats", type=int, default=3, help="runs of each renderer (default: %(default)s)")
+    etendue.add_program_option(parser)
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         scene = Path(folder) / "waves.xml"
         scene.write_text(SCENE)
         triangles = write_waves(scene.with_suffix(".ply"), arguments.side)
         print(f"{triangles} triangles")
-        commands = {
-            "etendue": [
-                str(arguments.etendue),
-                "render",
-                str(scene),
-                "-o",
-                str(scene.with_suffix(".exr")),
-            ]
-        }
-        if (
-            subprocess.run(
-                [sys.executable, "-c", "import mitsuba"], check=False, capture_output=True
-            ).returncode
-            == 0
-        ):
+        program = str(etendue.binary(arguments.etendue))
+        commands = {"etendue": [program, "render", str(scene), "-o", str(scene.with_suffix(".exr"))]}
+        if has_mitsuba():
             commands["scalar_rgb"] = [sys.executable, "-c", MITSUBA, str(scene)]
         for name, command in commands.items():
             seconds, megabytes = measure(command, arguments.repeats)

@@ -6,7 +6,7 @@ use std::{num::NonZeroUsize, path::Path, sync::LazyLock};
 use divan::{Bencher, black_box, counter::ItemsCount};
 use etendue::{
     math::{Ray, rng::Stream, warp},
-    photon::{EmittedPhotons, EstimateParameters, GatherPoint, Kernel, Map, PhotonMapKind, trace_photons},
+    photon::{EmittedPhotons, EstimateParameters, GatherPoint, Kernel, PhotonMap, PhotonMapKind, trace_photons},
     scene::Scene,
     scene_file::xml,
     transport::PathLimits,
@@ -75,7 +75,7 @@ fn build_of_a_million(bencher: Bencher<'_, '_>) {
     bencher
         .counter(ItemsCount::new(PHOTONS))
         .with_inputs(|| found.photons.clone())
-        .bench_values(|photons| Map::new(&found.positions, photons));
+        .bench_values(|photons| PhotonMap::new(&found.positions, photons));
 }
 
 #[divan::bench(sample_count = 10, sample_size = 1)]
@@ -88,13 +88,13 @@ fn build_of_a_million_by_kiddo(bencher: Bencher<'_, '_>) {
 
 #[divan::bench(sample_count = 10, sample_size = 1)]
 fn fifty_nearest(bencher: Bencher<'_, '_>) {
-    let map = Map::new(&SETUP.found.positions, SETUP.found.photons.clone());
+    let map = PhotonMap::new(&SETUP.found.positions, SETUP.found.photons.clone());
     let sites = sites();
     let lookup = EstimateParameters { nearest: Some(NEAREST), radius: 0.1, kernel: Kernel::Epanechnikov };
     bencher.counter(ItemsCount::new(QUERIES)).bench(|| {
         for site in &sites {
             let mut sum = DVec3::ZERO;
-            map.gather(site, &lookup, |photon, density| sum += density * photon.power());
+            map.for_each_nearby(site, &lookup, |nearby| sum += nearby.density * nearby.photon.power());
             black_box(sum);
         }
     });
@@ -113,14 +113,14 @@ fn fifty_nearest_by_kiddo(bencher: Bencher<'_, '_>) {
 
 #[divan::bench(sample_count = 10, sample_size = 1)]
 fn all_within(bencher: Bencher<'_, '_>) {
-    let map = Map::new(&SETUP.found.positions, SETUP.found.photons.clone());
+    let map = PhotonMap::new(&SETUP.found.positions, SETUP.found.photons.clone());
     let sites = sites();
     // Some fifty photons.
     let lookup = EstimateParameters { nearest: None, radius: 0.02, kernel: Kernel::Epanechnikov };
     bencher.counter(ItemsCount::new(QUERIES)).bench(|| {
         for site in &sites {
             let mut sum = DVec3::ZERO;
-            map.gather(site, &lookup, |photon, density| sum += density * photon.power());
+            map.for_each_nearby(site, &lookup, |nearby| sum += nearby.density * nearby.photon.power());
             black_box(sum);
         }
     });

@@ -1,20 +1,22 @@
 #!/usr/bin/env python3
-"""Progressive photon mapping of etendue, against SmallVCM in the same run, all on one thread.
+"""Progressive photon mapping of etendue, compared with SmallVCM in the same run, each on one thread.
 
-Both render the same scene (benches/scenes/smallvcm-1.xml) with one light path and one path from the eye for each pixel and
-pass: etendue with `sppm`, once as it is by default but for direct light, which SmallVCM finds in photons too, and once with
-SmallVCM's radii as well; SmallVCM with `ppm`. SmallVCM (https://github.com/SmallVCM/SmallVCM) is built with
+Both render the same scene (benches/scenes/smallvcm-1.xml) with one light path and one camera path per pixel and pass. etendue
+uses `sppm` twice: once with its defaults, except that photons also carry the direct light, as in SmallVCM; and once with the radii
+of SmallVCM too. SmallVCM uses `ppm`. SmallVCM (https://github.com/SmallVCM/SmallVCM) is built with
 `g++ -O3 -march=native -fopenmp src/smallvcm.cxx`; without it, etendue is measured alone.
 
-Core-seconds are user CPU time without loading and writing: that of a long render less that of one pass. The median of several
-such pairs counts, and the renderers take turns. Peak memory is that of a whole process, after few and after many passes: that of
-a progressive method does not grow. The mean radiance tells whether both see the same: each is off by its bias and its noise.
+Core-seconds are user CPU time without loading and writing: the difference between a long render and one of a single pass. The
+renderers take turns, and the median of several such differences counts. Peak memory is that of a whole process, after few and
+after many passes: a progressive method needs no more memory with more passes. The mean radiance shows whether both renderers
+compute the same image, up to their bias and noise.
 """
 
 import argparse
 import os
 import statistics
 import subprocess
+import sys
 import tempfile
 from collections.abc import Callable
 from functools import partial
@@ -25,41 +27,45 @@ import numpy as np
 import OpenEXR
 
 HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent / "scripts"))
+
+import etendue
+
 SCENE = HERE / "scenes" / "smallvcm-1.xml"
 PIXELS = 512 * 512
 OUTPUT = Path(tempfile.gettempdir()) / "etendue-sppm"
 DEFAULTS = {"photon_count": str(PIXELS), "direct": "map"}
-# SmallVCM's first radius is 0.003 times that of the ball around the room, a cube with edges of 2.56004 m.
+# SmallVCM's first radius is 0.003 times that of the bounding sphere of the room, a cube with edges of 2.56004 m.
 RADII = {"radius_schedule": "per_pass", "alpha": "0.75", "initial_radius": str(0.003 * 2.56004 * 3**0.5 / 2)}
 
 
 class Run(NamedTuple):
-    """What one process took and made."""
+    """Cost and result of one process."""
 
     seconds: float
     """User CPU time."""
     peak: float
-    """Memory in MB."""
+    """Peak memory in MB."""
     radiance: float
     """The mean of all channels of its image."""
 
 
 def process(command: list[str], mean: Callable[[], float]) -> Run:
-    """Run a command on one processor; `mean` reads its image."""
+    """Run a command on one processor; `mean` reads the mean radiance of its image."""
     # SmallVCM takes as many threads as it has processors.
     one = ["taskset", "--cpu-list", str(min(os.sched_getaffinity(0)))]
     child = subprocess.Popen([*one, *command], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-    said = child.stderr.read().decode()
+    stderr = child.stderr.read().decode()
     _, status, usage = os.wait4(child.pid, 0)
     child.returncode = os.waitstatus_to_exitcode(status)
     if child.returncode != 0:
-        raise SystemExit(f"sppm.py: {' '.join(command)}: exit code {child.returncode}\n{said}")
+        raise SystemExit(f"sppm.py: {' '.join(command)}: exit code {child.returncode}\n{stderr}")
     return Run(usage.ru_utime, usage.ru_maxrss / 1024, mean())
 
 
-def etendue(binary: Path, parameters: dict[str, str], passes: int, seed: int) -> Run:
+def measure_etendue(program: Path, parameters: dict[str, str], passes: int, seed: int) -> Run:
     image = OUTPUT.with_suffix(".exr")
-    command = [binary, "render", SCENE, "-o", image, "--integrator", "sppm", "--spp", passes, "--seed", seed, "--threads", 1]
+    command = [program, "render", SCENE, "-o", image, "--integrator", "sppm", "--spp", passes, "--seed", seed, "--threads", 1]
     command += [word for name, value in parameters.items() for word in ("--param", f"{name}={value}")]
 
     def mean() -> float:
@@ -69,14 +75,14 @@ def etendue(binary: Path, parameters: dict[str, str], passes: int, seed: int) ->
     return process([*map(str, command)], mean)
 
 
-def smallvcm(binary: Path, passes: int, _seed: int) -> Run:
-    """Its seed is fixed."""
+def measure_smallvcm(program: Path, passes: int, _seed: int) -> Run:
+    """The seed of SmallVCM is fixed."""
     image = OUTPUT.with_suffix(".hdr")
-    command = [binary, "-s", 1, "-a", "ppm", "-i", passes, "-o", image]
+    command = [program, "-s", 1, "-a", "ppm", "-i", passes, "-o", image]
 
     def mean() -> float:
         pixels = np.frombuffer(image.read_bytes()[-4 * PIXELS :], np.uint8).reshape(-1, 4).astype(np.float64)
-        # Mantissas are cut off: the value lies half a step higher, on average.
+        # The format truncates mantissas: on average the value lies half a step higher.
         return float(((pixels[:, :3] + 0.5) * np.exp2(pixels[:, 3:] - 136.0)).mean())
 
     return process([*map(str, command)], mean)
@@ -84,32 +90,33 @@ def smallvcm(binary: Path, passes: int, _seed: int) -> Run:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--smallvcm", type=Path, metavar="PATH", help="its binary; left out if not given")
-    parser.add_argument("--passes", type=int, default=20, help="of the long renders (default: %(default)s)")
-    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--smallvcm", type=Path, metavar="PATH", help="the program of SmallVCM (default: leave it out)")
+    parser.add_argument("--passes", type=int, default=20, help="passes of the long renders (default: %(default)s)")
+    parser.add_argument("--repeats", type=int, default=3, help="runs of each renderer (default: %(default)s)")
     parser.add_argument(
         "--memory",
         type=int,
         nargs=2,
         default=[10, 1000],
         metavar=("FEW", "MANY"),
-        help="passes after which peak memory is told (default: 10 1000)",
+        help="passes after which peak memory is measured (default: 10 1000)",
     )
-    parser.add_argument("--etendue", type=Path, default=HERE.parent / "target" / "release" / "etendue")
+    etendue.add_program_option(parser)
     arguments = parser.parse_args()
+    program = etendue.binary(arguments.etendue)
     runs: dict[str, Callable[[int, int], Run]] = {
-        "etendue sppm": partial(etendue, arguments.etendue, DEFAULTS),
-        "etendue sppm, their radii": partial(etendue, arguments.etendue, DEFAULTS | RADII),
+        "etendue sppm": partial(measure_etendue, program, DEFAULTS),
+        "etendue sppm, VCM radii": partial(measure_etendue, program, DEFAULTS | RADII),
     }
     if arguments.smallvcm:
-        runs["SmallVCM ppm"] = partial(smallvcm, arguments.smallvcm.resolve())
+        runs["SmallVCM ppm"] = partial(measure_smallvcm, arguments.smallvcm.resolve())
     spent: dict[str, list[float]] = {name: [] for name in runs}
     for seed in range(arguments.repeats):
         for name, run in runs.items():
             long, short = (run(passes, seed).seconds for passes in (arguments.passes + 1, 1))
             spent[name].append(long - short)
     few, many = arguments.memory
-    print(f"{'':<26} {'passes':>7} {'passes/core-s':>14} {'M paths/core-s':>15} {'against':>8}", end="")
+    print(f"{'':<26} {'passes':>7} {'passes/core-s':>14} {'M paths/core-s':>15} {'speedup':>8}", end="")
     print(f" {f'MB after {few}':>13} {f'MB after {many}':>14} {'mean radiance':>14}", flush=True)
     rates = {name: arguments.passes / statistics.median(values) for name, values in spent.items()}
     for name, rate in rates.items():

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Make the runs of a study whose renderer is Mitsuba, and evaluate the study, so that its error stands beside ours.
+"""Render the runs of a study whose renderer is Mitsuba, and evaluate the study, to compare Mitsuba's error with etendue's.
 
-Each run is a process of its own (mitsuba_run.py), one at a time, so that its time and memory are its own. The time is that of
-the render alone, warm; what it took to get there is `etendue.warm_up_seconds` in the header. Runs that exist are not redone.
+Each run is a separate process (mitsuba_run.py), and only one runs at a time: its time and memory are measured without others. The
+time is that of the render alone, after a warm-up; the header holds the time before it as `etendue.warm_up_seconds`. Existing
+runs are kept.
 
-Exit codes: 0 all is well; 1 what the study predicts does not hold; 2 bad input, or a run failed; 130 interrupted.
+Exit codes: 0 all is well; 1 a prediction of the study does not hold; 2 bad input, or a run failed; 130 interrupted.
 """
 
 import argparse
@@ -22,21 +23,21 @@ MITSUBA_RUN = Path(__file__).resolve().with_name("mitsuba_run.py")
 def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("study", type=Path, metavar="STUDY.toml", help="a study file")
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="for the results (default: reports/studies/ and its stem)")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="folder of the results (default: that of etendue study)")
     parser.add_argument("--only", default="*", metavar="GLOB", help="only cells whose names match (default: all)")
-    parser.add_argument("--threads", type=int, metavar="N", help="threads of Mitsuba (default: one per core)")
-    parser.add_argument("--no-evaluate", action="store_true", help="only make the runs")
+    parser.add_argument("--threads", type=int, metavar="N", help="number of threads of Mitsuba (default: one per core)")
+    parser.add_argument("--no-evaluate", action="store_true", help="render the runs, and do not evaluate the study")
     return parser.parse_args()
 
 
 def command(run: dict[str, Any], threads: int | None) -> list[str]:
-    """The process that makes one run of the plan."""
+    """The command that renders one run of the plan."""
     try:
         words = [run["scene"], "-o", run["output"], "--spp", str(run["spp"]), "--seed", str(run["seed"])]
         options = {f"--{name}": run[name] for name in ("integrator", "sampler", "variant")} | {"--threads": threads}
         named = {"--param": run["params"], "-D": run["defines"]}
     except KeyError as error:
-        raise UserError(f"{run.get('cell')}: the plan does not say its {error}") from error
+        raise UserError(f"{run.get('cell')}: the plan has no {error} for it") from error
     words += [word for name, value in options.items() if value for word in (name, str(value))]
     for option, values in named.items():
         words += [word for name, value in values.items() for word in (option, f"{name}={etendue.value_text(value)}")]
@@ -44,7 +45,7 @@ def command(run: dict[str, Any], threads: int | None) -> list[str]:
 
 
 def make_runs(study: Path, out: Path | None, only: str, threads: int | None) -> int:
-    """Make the missing runs, each with a line of what it took; returns how many failed."""
+    """Render the missing runs and print the cost of each on a line; returns the number of runs that failed."""
     runs = [run for run in etendue.plan(study, out=out) if run["renderer"] == "mitsuba" and fnmatch(run["cell"], only)]
     failed = 0
     for run in runs:

@@ -1,4 +1,4 @@
-"""etendue from Python: its images as numpy arrays, its studies as pandas tables, its renders as function calls.
+"""etendue from Python: renders as function calls, images as numpy arrays, studies as pandas tables.
 
     import etendue
     etendue.render("scene.xml", "scene.exr", spp=64, seed=1, params={"max_depth": 6})
@@ -7,9 +7,10 @@
     image["variance"]    # the variance of its mean
     image.attributes["etendue.seconds"]
 
-Whatever goes wrong is a `UserError` whose text is one line.
+Every fault is a `UserError` whose text is one line.
 """
 
+import argparse
 import os
 import shutil
 import subprocess
@@ -31,7 +32,7 @@ ROOT = Path(__file__).resolve().parent.parent
 VERDICT_FAILED = 1
 INTERRUPTED = 130
 
-# The order in which a layer's channels are stacked; others follow in the order of their names.
+# The order in which the channels of a layer are stacked; other channels follow in alphabetical order.
 CHANNEL_ORDER = "RGBAXYZUV"
 COLOUR = "RGBA"
 
@@ -39,7 +40,7 @@ PathLike = str | os.PathLike[str]
 
 
 class EtendueError(UserError):
-    """The program refused or failed: `str()` is the line that it wrote to stderr, `code` its exit code."""
+    """The program refused its input, or failed: `str()` is the line that it wrote to stderr, `code` its exit code."""
 
     def __init__(self, text: str, code: int) -> None:
         super().__init__(text)
@@ -53,12 +54,12 @@ class EtendueError(UserError):
 class Image:
     """An image of H x W pixels in layers.
 
-    `layers` maps the name of a layer to an array (H, W, C) as it stands in the file, float32 in images of ours;
-    `channels` to the names of its C channels. The layer "" is the image itself, linear RGB. A channel `caustic.R` belongs to
-    the layer `caustic`; one without a dot that is no colour, such as `deterministic` of a reference, is a layer of its own.
+    `layers` maps the name of a layer to an array (H, W, C) of the type in the file, which is float32 in etendue's images.
+    `channels` maps it to the names of its C channels. The layer "" is the beauty, linear RGB. The channel `caustic.R` belongs to
+    the layer `caustic`. A channel without a dot that is not a colour, such as `deterministic` of a reference, is its own layer.
 
-    `attributes` are the texts in the header, such as `etendue.spp`; `crop` is (x, y) of the first pixel within the film,
-    `size` the film's (width, height).
+    `attributes` holds the texts of the header, such as `etendue.spp`; `crop` is the position (x, y) of the first pixel within
+    the film, `size` the (width, height) of the film.
     """
 
     layers: dict[str, "NDArray[Any]"]
@@ -69,7 +70,7 @@ class Image:
 
     @property
     def color(self) -> "NDArray[Any]":
-        """The image itself, (H, W, 3), linear RGB."""
+        """The beauty, (H, W, 3), linear RGB."""
         return self[""][..., :3]
 
     def __getitem__(self, layer: str) -> "NDArray[Any]":
@@ -78,7 +79,7 @@ class Image:
         return self.layers[layer]
 
     def planes(self) -> dict[str, "NDArray[Any]"]:
-        """Each channel (H, W) by its full name, such as `variance.R`."""
+        """All channels (H, W) by their full names, such as `variance.R`."""
         return {
             _full_name(layer, channel): values[..., c]
             for layer, values in self.layers.items()
@@ -101,9 +102,9 @@ def _rank(channel: str) -> tuple[int, str]:
 
 
 def read_image(path: PathLike) -> Image:
-    """Read all layers and header texts of an OpenEXR file; of one in several parts, the first.
+    """Read all layers and header texts of an OpenEXR file; of a multi-part file, those of the first part.
 
-    Raises UserError if the file is missing or is no OpenEXR image.
+    Raises UserError if the file is missing or is not an OpenEXR image.
     """
     import numpy as np
     import OpenEXR
@@ -113,7 +114,7 @@ def read_image(path: PathLike) -> Image:
         with OpenEXR.File(os.fspath(path), separate_channels=True) as file:
             header = dict(file.header())
             planes = {name: np.array(channel.pixels) for name, channel in file.channels().items()}
-    except Exception as error:  # The library raises RuntimeError, ValueError or its own, by the fault.
+    except Exception as error:  # The library raises RuntimeError, ValueError, or types of its own.
         raise UserError(f"{os.fspath(path)}: cannot read: {' '.join(str(error).split())}") from error
     grouped: dict[str, dict[str, NDArray[Any]]] = {}
     for name, plane in planes.items():
@@ -129,9 +130,10 @@ def read_image(path: PathLike) -> Image:
 
 
 def write_image(path: PathLike, image: Image) -> None:
-    """Write an image as a ZIP-compressed OpenEXR file, whole or not at all: a temporary file beside it, then a rename.
+    """Write an image as a ZIP-compressed OpenEXR file.
 
-    Raises UserError if the file cannot be written.
+    A temporary file in the same folder is renamed at the end, so the file is never incomplete. Raises UserError if it cannot be
+    written.
     """
     import numpy as np
     import OpenEXR
@@ -169,17 +171,18 @@ def _need_file(path: PathLike) -> None:
 # --- the program -------------------------------------------------------------------------------------------------------
 
 
-def binary() -> Path:
-    """The etendue program: $ETENDUE, else target/release/etendue of this repository, else the one on the PATH.
+def binary(named: PathLike | None = None) -> Path:
+    """The etendue program that every script starts.
 
-    Raises UserError if there is none; it says how to build one.
+    It is `named`, else $ETENDUE, else target/release/etendue of this repository, else the one on the PATH. Raises UserError if
+    there is none; the message says how to build one.
     """
-    named = os.environ.get("ETENDUE")
-    if named:
-        found = shutil.which(named)
-        if found is None:
-            raise UserError(f"$ETENDUE names no program: {named}")
-        return Path(found).resolve()
+    for source, name in (("--etendue", named), ("$ETENDUE", os.environ.get("ETENDUE"))):
+        if name:
+            found = shutil.which(name)
+            if found is None:
+                raise UserError(f"{source}: no such program: {os.fspath(name)}")
+            return Path(found).resolve()
     built = ROOT / "target" / "release" / "etendue"
     found = str(built) if built.is_file() else shutil.which("etendue")
     if found is None:
@@ -187,18 +190,23 @@ def binary() -> Path:
     return Path(found).resolve()
 
 
-def run(arguments: Sequence[PathLike | int], good: Sequence[int] = (0,), cwd: PathLike | None = None) -> tuple[int, str]:
-    """Run the program with these arguments; returns its exit code, one of `good`, and what it wrote to stdout.
+def add_program_option(parser: argparse.ArgumentParser) -> None:
+    """Give a script the option `--etendue`, whose value `binary` takes."""
+    parser.add_argument("--etendue", metavar="PROGRAM", help="the program (default: $ETENDUE, else target/release/etendue)")
 
-    Its warnings go to stderr. Raises EtendueError with the program's own line for any other exit code. If Python is interrupted
-    meanwhile, so is the program, which then writes what it has.
+
+def run(arguments: Sequence[PathLike | int], good: Sequence[int] = (0,), cwd: PathLike | None = None) -> tuple[int, str]:
+    """Run the program with these arguments; returns its exit code, which is one of `good`, and its stdout.
+
+    Warnings of the program go to stderr. Raises EtendueError with the program's own line for any other exit code. If Python is
+    interrupted, the program is interrupted too and writes the image so far.
     """
     command = [str(binary()), *(os.fspath(word) if isinstance(word, os.PathLike) else str(word) for word in arguments)]
     return run_command(command, good, cwd)
 
 
 def run_command(command: Sequence[str], good: Sequence[int] = (0,), cwd: PathLike | None = None) -> tuple[int, str]:
-    """`run` for a command of which the program is the first word."""
+    """The same as `run`, for a whole command whose first word is the program."""
     try:
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, errors="replace", cwd=cwd)
     except OSError as error:
@@ -218,14 +226,14 @@ def run_command(command: Sequence[str], good: Sequence[int] = (0,), cwd: PathLik
 
 
 def error_line(stderr: str) -> str:
-    """The line of stderr that says what was wrong: the last, unless it is usage after a line that begins with `error:`."""
+    """The line of stderr that describes the fault: one that begins with `error:`, else the last."""
     lines = [line.strip() for line in stderr.splitlines() if line.strip() and not line.startswith("warning: ")]
     faults = [line for line in lines if line.startswith("error: ")]
     return faults[0].removeprefix("error: ") if faults else (lines[-1] if lines else "")
 
 
 def _ending(program: str, code: int) -> str:
-    return f"{program} was killed by signal {-code}" if code < 0 else f"{program} ended with exit code {code} and said nothing"
+    return f"{program} was killed by signal {-code}" if code < 0 else f"{program} ended with exit code {code} without a message"
 
 
 def render(
@@ -243,11 +251,13 @@ def render(
     resume: PathLike | None = None,
     threads: int | None = None,
 ) -> None:
-    """Render `scene` into the OpenEXR file `output` in a process of its own; see `etendue render --help`.
+    """Render `scene` into the OpenEXR file `output` in a separate process; see `etendue render --help`.
 
-    `params` are parameters of the integrator, `defines` $parameters of the scene: numbers, booleans, texts or sequences of
-    numbers. `spp` are samples per pixel, or passes. `shard=(i, n)` renders the i-th of n parts of them (1 <= i <= n) and needs
-    a `checkpoint`, the file of exact sums that `merge` takes; `output` may then be left out. `resume` goes on from such a file.
+    `params` are parameters of the integrator, `defines` are $parameters of the scene. Values are numbers, booleans, texts or
+    sequences of numbers. `spp` is the number of samples per pixel, or of passes.
+
+    `shard=(i, n)` renders the i-th of n parts of the samples (1 <= i <= n). It needs a `checkpoint`, the file of exact sums that
+    `merge` reads; `output` may then be left out. `resume` continues from such a file.
 
     Raises EtendueError with the program's line, such as `box.xml:14:9: no texture is called "bitmab"; known: ...`.
     """
@@ -273,7 +283,7 @@ def _options(options: Mapping[str, Any]) -> list[str]:
 
 
 def value_text(value: Any) -> str:
-    """A value as scene files write it: true, 0.5, "1.0, 0.5, 0.5"."""
+    """The text of a value in a scene file: true, 0.5, "1.0, 0.5, 0.5"."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
@@ -282,9 +292,10 @@ def value_text(value: Any) -> str:
 
 
 def merge(shards: Sequence[PathLike], output: PathLike, *, checkpoint: PathLike | None = None, partial: bool = False) -> None:
-    """Add the exact sums of shards of one render and write the image `output`: bit for bit the channels of a single run.
+    """Add the exact sums of the shards of one render and write the image `output`.
 
-    Raises EtendueError if they belong to different renders, overlap, or (unless `partial`) leave samples out.
+    Its channels equal those of a single run, bit for bit. Raises EtendueError if the shards belong to different renders, overlap,
+    or (unless `partial`) do not hold all samples.
     """
     run(["merge", *shards, *_options({"-o": output, "--checkpoint": checkpoint}), *["--partial"] * partial])
 
@@ -293,18 +304,19 @@ def merge(shards: Sequence[PathLike], output: PathLike, *, checkpoint: PathLike 
 
 
 class Evaluation(NamedTuple):
-    """What became of a study: whether all that it predicts `holds`, and what the program says of it."""
+    """The result of a study: whether all of its predictions hold, and the text that the program printed."""
 
     holds: bool
     text: str
 
 
 def plan(study: PathLike, *, out: PathLike | None = None, every: bool = False) -> list[dict[str, Any]]:
-    """The runs of a study that are missing (`every`: all of them), each as `etendue study --plan` writes it.
+    """The missing runs of a study (`every`: all runs), each as `etendue study --plan` prints it.
 
-    `out` is where the results go (default: reports/studies/ and the study's stem). Keys: cell, scene, method, renderer ("etendue"
-    or "mitsuba"), x, seed, output, and `arguments`, the words after `etendue` that make it but for `-o`; for Mitsuba instead
-    integrator, sampler, params, defines, variant and spp. Raises EtendueError for a bad study.
+    `out` is the folder of the results (default: that of `etendue study`). The keys of a run are cell, scene, method, renderer
+    ("etendue" or "mitsuba"), x, seed and output. A run of etendue also has `arguments`: the words after `etendue` that render it,
+    except `-o`. A run of Mitsuba has integrator, sampler, params, defines, variant and spp instead. Raises EtendueError for a bad
+    study.
     """
     _, text = run(["study", study, "--plan", *_options({"--out": out}), *["--all"] * every])
     try:
@@ -321,15 +333,15 @@ def run_study(
     threads: int | None = None,
     only: str | None = None,
 ) -> Evaluation:
-    """Make the missing runs of a study with etendue and evaluate it.
+    """Render the missing runs of a study with etendue and evaluate it.
 
-    `jobs` renders at a time with `threads` each; `only` is a glob on cells. Raises EtendueError for a bad study.
+    `jobs` renders run at a time with `threads` threads each; `only` selects cells by a glob. Raises EtendueError for a bad study.
     """
     return _evaluated([study, *_options({"--out": out, "--jobs": jobs, "--threads": threads, "--only": only})])
 
 
 def evaluate(study: PathLike, *, out: PathLike | None = None) -> Evaluation:
-    """Write rows, cells, fits, plots and page of a study from the runs that exist. Raises EtendueError for a bad study."""
+    """Write the rows, cells, fits, plots and page of a study from its existing runs. Raises EtendueError for a bad study."""
     return _evaluated([study, "--evaluate", *_options({"--out": out})])
 
 
@@ -339,22 +351,22 @@ def _evaluated(words: Sequence[PathLike]) -> Evaluation:
 
 
 def study_folder(study: PathLike, *, out: PathLike | None = None) -> Path:
-    """Where a study keeps its runs and results. Raises EtendueError for a bad study."""
-    # Each study has a run, in <out>/runs/<cell>/seed-<K>.exr.
+    """The folder of a study's runs and results. Raises EtendueError for a bad study."""
+    # Every study has at least one run; its image is <out>/runs/<cell>/seed-<K>.exr.
     return Path(plan(study, out=out, every=True)[0]["output"]).parents[2]
 
 
 def read_rows(folder: PathLike) -> "pd.DataFrame":
-    """The rows of a study, one per run: `rows.jsonl` of its folder. Errors are in units of the image, times in seconds, memory in
-    bytes.
+    """The rows of a study, one per run, from `rows.jsonl` in its folder.
 
-    A last line without its end, which is still being written, is left out. Raises UserError if there is no such file.
+    Errors are in units of the image, times in seconds, memory in bytes. An incomplete last line, which is still being written, is
+    left out. Raises UserError if the file does not exist.
     """
     return _read_lines(Path(folder) / "rows.jsonl")
 
 
 def read_cells(folder: PathLike) -> "pd.DataFrame":
-    """The cells of a study, one row each, over their independent runs: `cells.jsonl` of its folder. See `read_rows`."""
+    """The cells of a study, one row per cell, from `cells.jsonl` in its folder; see `read_rows`."""
     return _read_lines(Path(folder) / "cells.jsonl")
 
 
@@ -370,6 +382,6 @@ def _read_lines(path: Path) -> "pd.DataFrame":
         except JSONDecodeError as error:
             raise UserError(f"{path}:{number}: not JSON: {error.msg}") from error
     table = pd.DataFrame(rows)
-    # What is null in every row is a number that nobody knows.
+    # A column that is null in every row holds a number that was not measured.
     unknown = table.columns[table.isna().all()]
     return table.astype(dict.fromkeys(unknown, float))

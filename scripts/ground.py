@@ -4,23 +4,23 @@ import math
 
 from meshes import Mesh, Vec3
 
-# The coarsest octave has this many lattice points a unit; each finer one has twice as many, and is lower by GAIN, which
-# makes the Hurst exponent 0.85.
+# The coarsest octave has FREQUENCY lattice points per unit. Each further octave has twice the frequency and GAIN times the
+# amplitude of the one before, so the Hurst exponent is 0.85.
 FREQUENCY = 0.7
 OCTAVES = 5
 AMPLITUDE = 0.24
 GAIN = 0.5**0.85
-# Turns and shifts the lattice of one octave against the last, so that their zeros do not coincide.
+# Each octave is rotated and shifted relative to the one before, so that their zeros do not coincide.
 COS, SIN = 0.8, 0.6
 SHIFT = (17.31, -5.83)
 
 HALF_SIZE = 14.0
-# What stands on the ground within this distance of the origin touches its highest point there, at z = 0.
+# The highest point of the ground within this distance of the origin is at z = 0, so that objects can stand on it.
 STAND = 0.8
 
 
 def ground(seed: int, quads: int) -> Mesh:
-    """The square [-14, 14]^2 in `quads` x `quads` quads split into triangles, finest in the middle, with smooth normals."""
+    """The square [-14, 14]^2 as `quads` x `quads` quads split into triangles, smallest in the middle, with smooth normals."""
     lines = [_spread(2.0 * k / quads - 1.0) for k in range(quads + 1)]
     positions = [(x, y, fractal(seed, x, y)) for y in lines for x in lines]
     faces: list[tuple[int, ...]] = []
@@ -33,18 +33,18 @@ def ground(seed: int, quads: int) -> Mesh:
 
 
 def _spread(s: float) -> float:
-    """From [-1, 1] to the side of the square, 18 times as steep at its ends as in the middle."""
+    """Map [-1, 1] to the side of the square; the slope at the ends is 18 times that in the middle."""
     return HALF_SIZE * s * (0.15 + 0.85 * s * s)
 
 
 def _lowered(positions: list[Vec3]) -> list[Vec3]:
-    """Moved along z, so that the highest vertex within `STAND` of the axis lies at 0."""
+    """Move positions along z, so that the highest vertex within `STAND` of the axis is at 0."""
     top = max(z for x, y, z in positions if x * x + y * y <= STAND * STAND)
     return [(x, y, z - top) for x, y, z in positions]
 
 
 def _normals(positions: list[Vec3], side: int) -> list[Vec3]:
-    """Across the differences between the neighbours of each vertex, or between it and the one neighbour at an edge."""
+    """Normals from the differences between the neighbours of each vertex; at an edge, between the vertex and its neighbour."""
     normals = []
     for k in range(side * side):
         i, j = k % side, k // side
@@ -57,7 +57,7 @@ def _normals(positions: list[Vec3], side: int) -> list[Vec3]:
 
 
 def fractal(seed: int, x: float, y: float) -> float:
-    """Octaves of gradient noise. Musgrave, in Ebert et al. 2003, "Texturing and Modeling", chapter 16."""
+    """A sum of octaves of gradient noise. Musgrave, in Ebert et al. 2003, "Texturing and Modeling", chapter 16."""
     u, v, amplitude, total = FREQUENCY * x, FREQUENCY * y, AMPLITUDE, 0.0
     for octave in range(OCTAVES):
         total += amplitude * gradient_noise(seed + octave, u, v)
@@ -67,31 +67,31 @@ def fractal(seed: int, x: float, y: float) -> float:
 
 
 def gradient_noise(seed: int, u: float, v: float) -> float:
-    """A random slope at each lattice point, blended by a polynomial. Perlin 2002, "Improving noise"."""
+    """Gradient noise: a random slope at each lattice point, blended by a polynomial. Perlin 2002, "Improving noise"."""
     i, j = math.floor(u), math.floor(v)
     s, t = u - i, v - j
     total = 0.0
     for k in (0, 1):
         for m in (0, 1):
             along_u, along_v = _slope(seed, i + k, j + m)
-            total += _share(s, k) * _share(t, m) * (along_u * (s - k) + along_v * (t - m))
+            total += _weight(s, k) * _weight(t, m) * (along_u * (s - k) + along_v * (t - m))
     return total
 
 
-def _share(s: float, corner: int) -> float:
-    """Of the corner at 0 or at 1."""
+def _weight(s: float, corner: int) -> float:
+    """The weight of the lattice point at 0 or at 1."""
     rise = s * s * s * (s * (6.0 * s - 15.0) + 10.0)
     return rise if corner else 1.0 - rise
 
 
 def _slope(seed: int, i: int, j: int) -> tuple[float, float]:
-    """Two numbers in [-1, 1) that belong to a lattice point."""
+    """The slope at a lattice point: two numbers in [-1, 1)."""
     bits = _mixed((seed << 40) ^ ((i & 0xFFFFF) << 20) ^ (j & 0xFFFFF))
     return (bits >> 32) / 2.0**31 - 1.0, (bits & 0xFFFFFFFF) / 2.0**31 - 1.0
 
 
 def _mixed(x: int) -> int:
-    """64 bits from 64 bits: SplitMix64. Steele, Lea and Flood 2014, "Fast splittable pseudorandom number generators"."""
+    """SplitMix64, a hash of 64 bits. Steele, Lea and Flood 2014, "Fast splittable pseudorandom number generators"."""
     x = (x + 0x9E3779B97F4A7C15) & 0xFFFFFFFFFFFFFFFF
     x = ((x ^ (x >> 30)) * 0xBF58476D1CE4E5B9) & 0xFFFFFFFFFFFFFFFF
     x = ((x ^ (x >> 27)) * 0x94D049BB133111EB) & 0xFFFFFFFFFFFFFFFF

@@ -1,9 +1,13 @@
 #!/usr/bin/env python3
-"""Kill a render again and again, resume it each time, and compare the image with that of a render without interruption.
+"""Kill a render again and again, resume it each time, and compare the image with that of an uninterrupted render.
 
-Each time the render is started from nothing, killed (SIGKILL) at a random moment, resumed, killed, ... until it has been
-killed as often as it is asked for, and then resumed to its end on another number of threads. All channels must be the same to
-the last bit. Exit codes: 0 all are; 1 one is not, or hardly any was killed; 2 bad input.
+In each round the render starts from nothing. It is killed (SIGKILL) at a random time and resumed, as often as --kills says, and
+then resumed to its end with another number of threads. All channels must be identical to the last bit.
+
+A render that ends before it can be killed does not count; the next one is killed earlier. So the script always reaches --times
+kills, however fast or busy the machine is.
+
+Exit codes: 0 all images are identical; 1 one of them differs; 2 bad input.
 """
 
 import argparse
@@ -18,100 +22,115 @@ from pathlib import Path
 import numpy as np
 import OpenEXR
 
-ROOT = Path(__file__).resolve().parent.parent
+import etendue
+from user_error import UserError
+
+Planes = dict[str, np.ndarray]
 
 
 def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scene", type=Path, help="a scene file")
-    parser.add_argument("--times", type=int, default=50, help="how often it is killed in all (default: %(default)s)")
-    parser.add_argument("--kills", type=int, default=1, help="how often each render is killed (default: %(default)s)")
-    parser.add_argument("--seed", type=int, default=0, help="of the random moments (default: %(default)s)")
+    parser.add_argument("--times", type=int, default=50, help="number of kills in all (default: %(default)s)")
+    parser.add_argument("--kills", type=int, default=1, help="number of kills in each round (default: %(default)s)")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the random times (default: %(default)s)")
     parser.add_argument("--options", default="--spp 64", help="options of etendue render (default: %(default)s)")
-    parser.add_argument("--every", default="0s", help="the time between checkpoints (default: %(default)s)")
-    parser.add_argument("--etendue", type=Path, default=ROOT / "target" / "release" / "etendue", help="the etendue binary")
+    parser.add_argument(
+        "--checkpoint-every", "--every", dest="every", default="0s", help="time between checkpoints (default: %(default)s)"
+    )
+    etendue.add_program_option(parser)
     return parser.parse_args()
 
 
-def planes(image: Path) -> dict[str, np.ndarray]:
+def planes(image: Path) -> Planes:
     """Every channel of an image, as bits."""
     with OpenEXR.File(str(image), separate_channels=True) as file:
         return {name: channel.pixels.view(np.uint32).copy() for name, channel in file.channels().items()}
 
 
-def are_equal(one: dict[str, np.ndarray], other: dict[str, np.ndarray]) -> bool:
+def are_equal(one: Planes, other: Planes) -> bool:
     return one.keys() == other.keys() and all(np.array_equal(one[name], other[name]) for name in one)
 
 
 class Render:
-    """A render with all that is always the same about it."""
+    """One render with fixed options, its checkpoint, and how often it was killed so far."""
 
     def __init__(self, arguments: argparse.Namespace, folder: Path) -> None:
-        self.command = [str(arguments.etendue.resolve()), "render", str(arguments.scene.resolve())]
+        self.command = [str(etendue.binary(arguments.etendue)), "render", str(arguments.scene.resolve())]
         self.command += shlex.split(arguments.options)
         self.every = arguments.every
         self.folder = folder
+        self.checkpoint = folder / "render.ck"
+        self.seconds = 0.0
+        self.killed = self.resumed = 0
 
-    def whole(self) -> tuple[dict[str, np.ndarray], float]:
-        """The image without interruption, and how long it took."""
+    def whole(self) -> Planes:
+        """The image of an uninterrupted render, whose duration bounds the random times."""
         image, start = self.folder / "whole.exr", time.monotonic()
-        subprocess.run([*self.command, "-o", str(image)], check=True, stderr=subprocess.DEVNULL)
-        return planes(image), time.monotonic() - start
+        etendue.run_command([*self.command, "-o", str(image)])
+        self.seconds = time.monotonic() - start
+        return planes(image)
 
-    def start(self, image: Path, threads: int) -> subprocess.Popen[bytes]:
-        """Begins it, or goes on where there is something to go on from."""
-        checkpoint = self.folder / "render.ck"
-        option = "--resume" if checkpoint.exists() else "--checkpoint"
-        keeping = [option, str(checkpoint), "--every", self.every, "--threads", str(threads), "-o", str(image)]
-        return subprocess.Popen([*self.command, *keeping], stderr=subprocess.PIPE)
+    def start(self, image: Path, threads: int) -> subprocess.Popen[str]:
+        """Start the render, from its checkpoint if there is one."""
+        option = "--resume" if self.checkpoint.exists() else "--checkpoint"
+        words = [option, str(self.checkpoint), "--every", self.every, "--threads", str(threads), "-o", str(image)]
+        return subprocess.Popen([*self.command, *words], stderr=subprocess.PIPE, text=True)
 
-    def killed(self, kills: int, seconds: float, chance: random.Random) -> tuple[dict[str, np.ndarray], str]:
-        """The image after so many kills, and what happened."""
-        image, story = self.folder / "killed.exr", []
-        (self.folder / "render.ck").unlink(missing_ok=True)
+    def kill(self, image: Path, chance: random.Random) -> bool:
+        """Start the render and kill it at a random time; returns whether it was killed before its end."""
+        process = self.start(image, chance.randint(1, 4))
+        time.sleep(chance.uniform(0.0, self.seconds))
+        process.kill()
+        _, stderr = process.communicate()
+        if process.returncode not in (0, -9):
+            raise UserError(etendue.error_line(stderr))
+        if process.returncode == 0:
+            self.seconds /= 2.0
+        return process.returncode != 0
+
+    def round(self, kills: int, chance: random.Random) -> Planes:
+        """The image of a render that was killed `kills` times, or fewer times if it ended before."""
+        image = self.folder / "killed.exr"
+        self.checkpoint.unlink(missing_ok=True)
         for _ in range(kills):
-            process = self.start(image, chance.randint(1, 4))
-            moment = chance.uniform(0.0, seconds)
-            time.sleep(moment)
-            process.kill()
-            _, fault = process.communicate()
-            if process.returncode not in (0, -9):
-                raise SystemExit(f"exit code {process.returncode}: {fault.decode()}")
-            kept = "resumed" if (self.folder / "render.ck").exists() else "begun anew"
-            story.append(f"{'killed' if process.returncode else 'finished before'} {moment:.3f} s, {kept}")
+            if not self.kill(image, chance):
+                break
+            self.killed += 1
+            self.resumed += self.checkpoint.exists()
         image.unlink(missing_ok=True)
         process = self.start(image, chance.randint(1, 4))
-        _, fault = process.communicate()
+        _, stderr = process.communicate()
         if process.returncode:
-            raise SystemExit(f"exit code {process.returncode}: {fault.decode()}")
-        return planes(image), "; ".join(story)
+            raise UserError(etendue.error_line(stderr))
+        return planes(image)
+
+
+def work(arguments: argparse.Namespace, folder: Path) -> int:
+    chance, render = random.Random(arguments.seed), Render(arguments, folder)
+    whole, rounds, identical = render.whole(), 0, 0
+    while render.killed < arguments.times:
+        before = render.killed
+        same = are_equal(whole, render.round(arguments.kills, chance))
+        rounds += 1
+        identical += same
+        if not same:
+            print(f"round {rounds} differs after {render.killed - before} kills")
+    print(
+        f"{arguments.scene.stem} {arguments.options}: {rounds} rounds, {render.killed} kills, {render.resumed} of them with a "
+        f"checkpoint: {identical} of {rounds} images identical in {len(whole)} channels"
+    )
+    return 0 if identical == rounds else 1
 
 
 def main() -> int:
     arguments = parse_arguments()
-    if not arguments.scene.is_file():
-        print(f"{arguments.scene}: no such scene", file=sys.stderr)
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            return work(arguments, Path(folder))
+    except UserError as error:
+        print(f"kill_and_resume.py: {error}", file=sys.stderr)
         return 2
-    chance = random.Random(arguments.seed)
-    with tempfile.TemporaryDirectory() as folder:
-        render = Render(arguments, Path(folder))
-        whole, seconds = render.whole()
-        good = resumed = killed = rounds = 0
-        # Some are finished before they are killed.
-        while killed < arguments.times and rounds < 10 * arguments.times:
-            image, story = render.killed(arguments.kills, seconds, chance)
-            same = are_equal(whole, image)
-            good += same
-            rounds += 1
-            killed += story.count("killed")
-            resumed += story.count("s, resumed")
-            if not same:
-                print(f"render {rounds} differs: {story}")
-        print(
-            f"{arguments.scene.stem} {arguments.options}: {seconds:.2f} s, {rounds} renders, {killed} kills, "
-            f"{resumed} times with a checkpoint: {good} of {rounds} images identical in {len(whole)} channels"
-        )
-        return 0 if good == rounds and killed >= arguments.times else 1
 
 
 if __name__ == "__main__":

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Generate the meshes and textures that the scenes in assets/scenes use.
 
-Every byte is fixed: vertices are rounded to float32 or to decimals, the PNG files hold stored (uncompressed) blocks, and
-the one library that could change a file, manifold3d for the closed teapot, is pinned in requirements.txt.
+The files are the same, byte for byte, on every machine: vertices are rounded to float32 or to decimals, and the PNG files contain
+stored (uncompressed) blocks. Only manifold3d, which computes the closed teapot, could change a file; requirements.txt fixes its
+version.
 """
 
 import argparse
@@ -50,7 +51,7 @@ def _normalize(a: Vec3) -> Vec3:
 
 
 def grid_mesh(point: Callable[[float, float], Vec3], columns: int, rows: int) -> Mesh:
-    """Tessellate point(u, v), u and v in [0, 1], into `columns` x `rows` quads; normals point along dp/du x dp/dv."""
+    """Tessellate point(u, v), for u and v in [0, 1], into `columns` x `rows` quads with normals along dp/du x dp/dv."""
     mesh = Mesh([], [])
     step = 1e-4
     for j in range(rows + 1):
@@ -75,7 +76,7 @@ def triangulated(mesh: Mesh) -> Mesh:
 
 
 def bumpy_torus() -> Mesh:
-    """A torus around the y axis, radius 1, with a tube that swells and shrinks; 48 x 24 quads split into triangles."""
+    """A torus of radius 1 around the y axis whose tube radius varies; 48 x 24 quads split into triangles."""
 
     def point(u: float, v: float) -> Vec3:
         a, b = 2.0 * math.pi * u, 2.0 * math.pi * v
@@ -87,7 +88,7 @@ def bumpy_torus() -> Mesh:
 
 
 def vase() -> Mesh:
-    """An open surface of revolution around the y axis, 0 <= y <= 1.6, of quads, with its normals outwards."""
+    """An open surface of revolution around the y axis, 0 <= y <= 1.6, made of quads with outward normals."""
 
     def point(u: float, v: float) -> Vec3:
         a = 2.0 * math.pi * u
@@ -98,7 +99,7 @@ def vase() -> Mesh:
 
 
 def icosahedron() -> Mesh:
-    """The regular icosahedron inscribed in the unit sphere, its faces counter-clockwise from outside."""
+    """The regular icosahedron inscribed in the unit sphere, with faces counter-clockwise from outside."""
     g = (1.0 + math.sqrt(5.0)) / 2.0
     corners = [(0.0, s, t * g) for s in (-1.0, 1.0) for t in (-1.0, 1.0)]
     corners += [(s, t * g, 0.0) for s in (-1.0, 1.0) for t in (-1.0, 1.0)]
@@ -115,7 +116,7 @@ def icosahedron() -> Mesh:
 
 
 def icosphere(levels: int) -> Mesh:
-    """The icosahedron with each face split in four `levels` times, vertices on the unit sphere."""
+    """The icosahedron with each face split in four `levels` times, and all vertices on the unit sphere."""
     mesh = icosahedron()
     for _ in range(levels):
         midpoints: dict[tuple[int, int], int] = {}
@@ -136,7 +137,7 @@ def icosphere(levels: int) -> Mesh:
 
 
 def pebble() -> Mesh:
-    """A closed, smooth stone r(d) = 1 + xy/4 - z^2/5 + x^2 z/6 (d the unit direction) with the exact normals of that surface."""
+    """A closed, smooth stone with exact normals: r(d) = 1 + xy/4 - z^2/5 + x^2 z/6, where d is the unit direction."""
     sphere = icosphere(4)
     positions, normals = [], []
     for d in sphere.positions:
@@ -150,7 +151,7 @@ def pebble() -> Mesh:
 
 
 def gem() -> Mesh:
-    """A faceted stone: an icosahedron stretched along y, no normals in the file."""
+    """A faceted stone: an icosahedron stretched along y, without normals."""
     base = icosahedron()
     tilt = 0.35
     positions = []
@@ -161,7 +162,7 @@ def gem() -> Mesh:
 
 
 def terrain() -> Mesh:
-    """A coarse height field over [-2, 2]^2 with triangles of very unequal shape, uvs, and no normals in the file."""
+    """A coarse height field over [-2, 2]^2 with triangles of very different shapes, with uvs and without normals."""
 
     def point(u: float, v: float) -> Vec3:
         x, z = 4.0 * u**1.4 - 2.0, 2.0 - 4.0 * v
@@ -181,7 +182,7 @@ def terrain() -> Mesh:
 
 
 def lamp() -> Mesh:
-    """A folded fan of seven triangles of unequal area, wound so that the geometric normals point to -y."""
+    """A folded fan of seven triangles of different areas, whose geometric normals point to -y."""
     rim = [(0.9, 0.0), (0.5, 0.55), (0.1, 0.35), (-0.35, 0.7), (-0.8, 0.1), (-0.3, -0.5), (0.4, -0.65)]
     positions: list[Vec3] = [(0.05, 0.30, 0.02)]
     positions += [(x, 0.10 * (k % 2), z) for k, (x, z) in enumerate(rim)]
@@ -193,7 +194,7 @@ def lamp() -> Mesh:
 
 
 def png_bytes(rows: Sequence[Sequence[Iterable[int]]], channels: int) -> bytes:
-    """Encode 8-bit rows (top first) of pixels with 1 (grey) or 3 (RGB) channels as PNG with stored blocks."""
+    """Encode 8-bit rows of pixels, the top row first, with 1 (grey) or 3 (RGB) channels as PNG with stored blocks."""
     raw = b"".join(b"\0" + bytes(c for pixel in row for c in pixel) for row in rows)
     blocks = [raw[k : k + 65535] for k in range(0, len(raw), 65535)]
     stream = b"\x78\x01"
@@ -213,7 +214,7 @@ def _chunk(kind: bytes, body: bytes) -> bytes:
 
 
 def mosaic() -> bytes:
-    """48 x 32 RGB, for sRGB decoding: unequal coloured tiles, without any symmetry under flips or a swap of axes."""
+    """48 x 32 RGB, to be decoded as sRGB: different coloured tiles, without symmetry under flips or a swap of axes."""
     palette: list[Rgb8] = [(214, 164, 92), (88, 132, 156), (196, 88, 72), (112, 148, 84), (232, 220, 196), (72, 64, 88)]
     rows = []
     for y in range(32):
@@ -230,7 +231,7 @@ def mosaic() -> bytes:
 
 
 def weave() -> bytes:
-    """24 x 40 RGB, to be read with raw=true: slow gradients that differ in each channel."""
+    """24 x 40 RGB, to be read with raw=true: smooth gradients that differ between channels."""
     rows = []
     for y in range(40):
         row = []
@@ -244,13 +245,13 @@ def weave() -> bytes:
 
 
 def stripes() -> bytes:
-    """16 x 20, grey only: oblique stripes with a bright corner."""
+    """16 x 20 grey: oblique stripes with a bright corner."""
     rows = [[(230,) if x < 4 and y < 5 else (60 + 22 * ((x + 2 * y) % 8),) for x in range(16)] for y in range(20)]
     return png_bytes(rows, 1)
 
 
 def assets() -> dict[str, bytes]:
-    """Every generated file: its path under assets/ and its bytes."""
+    """The bytes of every generated file, by its path under assets/."""
     coarse, fine = open_teapot(6), open_teapot(10)
     return {
         "meshes/bumpy-torus.ply": ply_bytes(bumpy_torus(), "binary_little_endian"),
@@ -276,7 +277,7 @@ def assets() -> dict[str, bytes]:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, default=ASSETS, metavar="FOLDER", help="folder to write into (default: assets/)")
+    parser.add_argument("--out", type=Path, default=ASSETS, metavar="FOLDER", help="folder of the files (default: assets/)")
     out = parser.parse_args().out
     try:
         for name, content in assets().items():

@@ -1,22 +1,23 @@
 #!/usr/bin/env python3
-"""Render the figures of assets/scenes/figures into reports/gallery, as the README shows them.
+"""Render the scenes of assets/scenes/figures into reports/gallery, the pictures of the README.
 
-Standard library only; builds the program first. Exit codes: 0 all is well; 2 a picture could not be made.
+Exit codes: 0 all is well; 2 a picture could not be rendered.
 """
 
 import argparse
-import subprocess
 import sys
 import tempfile
 import xml.etree.ElementTree as ET
 from fnmatch import fnmatch
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
-FIGURES = ROOT / "assets" / "scenes" / "figures"
-GALLERY = ROOT / "reports" / "gallery"
+import etendue
+from user_error import UserError
 
-# Options of `etendue render`, by picture: those of each scene as it is, and of further pictures by the suffix of their names.
+FIGURES = etendue.ROOT / "assets" / "scenes" / "figures"
+GALLERY = etendue.ROOT / "reports" / "gallery"
+
+# Options of `etendue render`, by scene and by the suffix that a picture's name has after that of its scene.
 PHOTONS = ["--integrator", "photonmapper"]
 MAP = ["--param", "raw_estimate=true", "--param", "kernel=constant", "--param", "lookup_size=20", "--layer", "raw"]
 SMALL_LAMP = ["-D", "lamp=0.12", "-D", "radiance=115, 101, 82", "--param", "caustic_photons=4000000"]
@@ -30,14 +31,14 @@ OPTIONS = {
 
 def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--scale", type=int, default=3, help="size of the pictures, in that of the scenes (default: %(default)s)")
+    parser.add_argument("--scale", type=int, default=3, help="factor on the film size of each scene (default: %(default)s)")
     parser.add_argument("--spp", type=int, default=256, help="samples per pixel (default: %(default)s)")
     parser.add_argument("--only", default="*", metavar="GLOB", help="only pictures whose names match (default: all)")
     return parser.parse_args()
 
 
 def pictures() -> dict[str, tuple[Path, list[str]]]:
-    """Scene and options of each picture, by its name."""
+    """The scene and the options of each picture, by the name of the picture."""
     found = {}
     for scene in sorted(FIGURES.glob("*.xml")):
         for suffix, options in OPTIONS.get(scene.stem, {"": []}).items():
@@ -46,7 +47,7 @@ def pictures() -> dict[str, tuple[Path, list[str]]]:
 
 
 def size(scene: Path, scale: int) -> list[str]:
-    """The options that enlarge the film of a scene, whose size stands in its parameters `width` and `height`."""
+    """The options that enlarge the film of a scene; its parameters `width` and `height` hold the film size."""
     defaults = {element.get("name"): element.get("value", "") for element in ET.parse(scene).getroot().iter("default")}
     return [text for name in ("width", "height") for text in ("-D", f"{name}={scale * int(defaults[name])}")]
 
@@ -55,10 +56,9 @@ def render(name: str, scene: Path, options: list[str], arguments: argparse.Names
     with tempfile.TemporaryDirectory() as folder:
         image = Path(folder) / f"{name}.exr"
         film = size(scene, arguments.scale)
-        program = ["cargo", "run", "--release", "--quiet", "--", "render", str(scene), "-o", str(image), "--png"]
-        # A sample of photon mapping costs more, and shows more.
+        # A sample of photon mapping costs more than a path, and has less noise.
         spp = arguments.spp // 4 if options[:2] == PHOTONS else arguments.spp
-        subprocess.run([*program, "--spp", str(spp), *film, *options], check=True, cwd=ROOT)
+        etendue.run(["render", scene, "-o", image, "--png", "--spp", spp, *film, *options])
         GALLERY.mkdir(parents=True, exist_ok=True)
         (GALLERY / f"{name}.png").write_bytes(image.with_suffix(".png").read_bytes())
 
@@ -70,7 +70,7 @@ def main() -> int:
             if fnmatch(name, arguments.only):
                 print(name, flush=True)
                 render(name, scene, options, arguments)
-    except (OSError, subprocess.CalledProcessError) as error:
+    except (OSError, UserError) as error:
         print(f"make_gallery.py: {error}", file=sys.stderr)
         return 2
     return 0

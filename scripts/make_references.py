@@ -14,20 +14,20 @@ import mitsuba_reference as ref
 
 def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("scenes", nargs="*", metavar="SCENE", help="names of scenes, such as diffuse-room (default: all)")
+    parser.add_argument("scenes", nargs="*", metavar="SCENE", help="names of scenes, such as diffuse-room (default: all scenes)")
     parser.add_argument(
-        "--spp", type=int, default=ref.SAMPLES_PER_BATCH, help="samples per pixel and batch (default: %(default)s)"
+        "--spp", type=int, default=ref.SAMPLES_PER_BATCH, help="samples per pixel in each batch (default: %(default)s)"
     )
     parser.add_argument("--batches", type=int, default=ref.BATCHES, help="independent batches (default: %(default)s)")
     parser.add_argument(
-        "--out", type=Path, default=ref.REFERENCES, metavar="FOLDER", help="where references live (default: reference/)"
+        "--out", type=Path, default=ref.REFERENCES, metavar="FOLDER", help="folder of the references (default: reference/)"
     )
-    parser.add_argument("--check", action="store_true", help="render nothing: compare the recorded hashes with the files")
+    parser.add_argument("--check", action="store_true", help="compare the recorded hashes with the files instead of rendering")
     return parser.parse_args()
 
 
 def known_scenes() -> dict[str, Path]:
-    """The scenes of assets/scenes and its figures by name; what is in other sub-folders are parts of scenes."""
+    """The scenes of assets/scenes and its figures, by name. The other sub-folders hold parts of scenes."""
     return {path.stem: path for path in ref.all_scenes()}
 
 
@@ -40,7 +40,7 @@ def chosen_scenes(names: list[str]) -> dict[str, Path]:
 
 
 def check(scenes: dict[str, Path], references: Path, whole: bool) -> int:
-    """Print what is stale; `whole` also looks for references whose scene is gone. Returns the exit code."""
+    """Print the stale references; with `whole`, also those without a scene. Returns the exit code."""
     faults = [f"{name}: {reason}" for name, path in scenes.items() for reason in ref.stale_reasons(path, references / name)]
     if whole and references.is_dir():
         faults += [
@@ -55,7 +55,7 @@ def check(scenes: dict[str, Path], references: Path, whole: bool) -> int:
 
 
 def render(scenes: dict[str, Path], references: Path, samples: int, batches: int) -> None:
-    """Render each scene and print one line of its statistics."""
+    """Render each scene and print its statistics on one line."""
     if samples < 1 or not 2 <= batches <= ref.MAX_BATCHES:
         raise ref.UserError(f"--spp must be at least 1 and --batches within 2 .. {ref.MAX_BATCHES}")
     renderer = ref.start_mitsuba()

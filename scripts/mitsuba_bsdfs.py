@@ -1,6 +1,6 @@
-"""Our own BSDFs for Mitsuba, as Python plugins: `phong`, `metal`, `schlick`; and the glow of `normals`, as an emitter.
+"""etendue's BSDFs as Python plugins of Mitsuba: `phong`, `metal` and `schlick`; and the emission of `normals`, as an emitter.
 
-`register` makes them known to the variant that is set; scene files then name them like Mitsuba's own.
+`register` registers them with the current variant. Scene files then use them like Mitsuba's own plugins.
 """
 
 import math
@@ -11,11 +11,17 @@ from user_error import UserError
 
 
 def register(mi: ModuleType) -> None:
-    """Make the plugins known to Mitsuba's present variant."""
+    """Register the plugins with Mitsuba's current variant."""
+    for name, bsdf in (("phong", _phong(mi)), ("metal", _metal(mi)), ("schlick", _schlick(mi))):
+        mi.register_bsdf(name, bsdf)
+    mi.register_emitter("normals_emitter", _normals_emitter(mi))
+
+
+def _phong(mi: ModuleType) -> Any:
     import drjit as dr
 
     class Phong(mi.BSDF):
-        """Modified Phong: kd/pi + ks (n + 2)/(2 pi) cos^n(alpha), alpha from the mirror direction; black on the back."""
+        """Modified Phong: kd/pi + ks (n + 2)/(2 pi) cos^n(alpha), alpha from the mirror direction. The back is black."""
 
         def __init__(self, props: Any) -> None:
             mi.BSDF.__init__(self, props)
@@ -23,25 +29,25 @@ def register(mi: ModuleType) -> None:
             self.specular = props.get_texture("specular_reflectance", 0.2)
             self.exponent = float(props.get("exponent", 30.0))
             if any(props.get("ambient", mi.ScalarColor3f(0.0))):
-                raise UserError("phong: Mitsuba has no stand-in for an ambient term")
+                raise UserError("phong: no stand-in for the ambient term")
             self.m_components = [
                 mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.FrontSide,
                 mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.FrontSide,
             ]
             self.m_flags = self.m_components[0] | self.m_components[1]
 
-        def diffuse_share(self, si: Any, active: Any) -> Any:
-            """The probability of sampling the diffuse part."""
+        def diffuse_probability(self, si: Any, active: Any) -> Any:
+            """The probability of sampling the diffuse component."""
             kd, ks = mi.luminance(self.diffuse.eval(si, active)), mi.luminance(self.specular.eval(si, active))
             return kd / dr.maximum(kd + ks, 1e-20)
 
         def lobe(self, wi: Any, wo: Any) -> Any:
-            """cos^n(alpha)."""
+            """The glossy lobe, cos^n(alpha)."""
             return dr.power(dr.maximum(dr.dot(mi.reflect(wi), wo), 0.0), self.exponent)
 
         def sample(self, ctx: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> Any:
-            share = self.diffuse_share(si, active)
-            is_diffuse = sample1 < share
+            p = self.diffuse_probability(si, active)
+            is_diffuse = sample1 < p
             cosine = dr.power(sample2.x, 1.0 / (self.exponent + 1.0))
             sine = dr.safe_sqrt(1.0 - cosine * cosine)
             sin_phi, cos_phi = dr.sincos(2.0 * math.pi * sample2.y)
@@ -63,15 +69,24 @@ def register(mi: ModuleType) -> None:
 
         def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             active &= (si.wi.z > 0.0) & (wo.z > 0.0)
-            share = self.diffuse_share(si, active)
+            p = self.diffuse_probability(si, active)
             specular = 0.5 / math.pi * (self.exponent + 1.0) * self.lobe(si.wi, wo)
-            return dr.select(active, share * wo.z / math.pi + (1.0 - share) * specular, 0.0)
+            return dr.select(active, p * wo.z / math.pi + (1.0 - p) * specular, 0.0)
 
         def to_string(self) -> str:
             return f"Phong[exponent={self.exponent}]"
 
+    return Phong
+
+
+def _metal(mi: ModuleType) -> Any:
+    import drjit as dr
+
     class Metal(mi.BSDF):
-        """The mirror direction plus roughness times a uniform point of the unit ball; what goes below is absorbed."""
+        """Reflects into the mirror direction plus roughness times a uniform point in the unit ball, normalized.
+
+        Directions below the horizon are absorbed.
+        """
 
         def __init__(self, props: Any) -> None:
             mi.BSDF.__init__(self, props)
@@ -87,25 +102,25 @@ def register(mi: ModuleType) -> None:
             inside = mi.warp.square_to_uniform_sphere(sample2) * dr.cbrt(sample1)
             bs = dr.zeros(mi.BSDFSample3f)
             bs.wo = dr.normalize(mirrored + self.roughness * inside) if self.roughness > 0.0 else mirrored
-            bs.pdf = self.density(si.wi, bs.wo) if self.roughness > 0.0 else mi.Float(1.0)
+            bs.pdf = self.pdf_direction(si.wi, bs.wo) if self.roughness > 0.0 else mi.Float(1.0)
             bs.eta = 1.0
             bs.sampled_type = self.sampled
             active &= (si.wi.z > 0.0) & (bs.wo.z > 0.0) & (bs.pdf > 0.0)
             bs.pdf = dr.select(active, bs.pdf, 0.0)
             return bs, dr.select(active, self.reflectance.eval(si, active) * self.adjoint(ctx, si.wi, bs.wo), 0.0)
 
-        def density(self, wi: Any, wo: Any) -> Any:
-            """Per solid angle, from the cosine mu between wo and the mirror direction."""
+        def pdf_direction(self, wi: Any, wo: Any) -> Any:
+            """The pdf per solid angle, a function of the cosine mu between wo and the mirror direction."""
             rho, mirrored = self.roughness, mi.reflect(wi)
             mu = dr.dot(mirrored, wo)
-            # rho^2 - 1 + mu^2, without the cancellation.
+            # The root of rho^2 - 1 + mu^2, without cancellation.
             root = dr.safe_sqrt(rho * rho - dr.squared_norm(dr.cross(mirrored, wo)))
             if rho > 1.0:
                 return (mu + root) ** 3 / (4.0 * math.pi * rho**3)
             return dr.select(mu > 0.0, root * (4.0 * mu * mu + rho * rho - 1.0) / (2.0 * math.pi * rho**3), 0.0)
 
         def adjoint(self, ctx: Any, wi: Any, wo: Any) -> Any:
-            """The model is not reciprocal: what particles need beside what radiance needs."""
+            """The factor on the BSDF for importance transport; it is not 1, because the model is not reciprocal."""
             return wo.z / wi.z if ctx.mode == mi.TransportMode.Importance else mi.Float(1.0)
 
         def eval(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
@@ -115,22 +130,28 @@ def register(mi: ModuleType) -> None:
         def pdf(self, ctx: Any, si: Any, wo: Any, active: Any = True) -> Any:
             if self.roughness == 0.0:
                 return mi.Float(0.0)
-            return dr.select(active & (si.wi.z > 0.0) & (wo.z > 0.0), self.density(si.wi, wo), 0.0)
+            return dr.select(active & (si.wi.z > 0.0) & (wo.z > 0.0), self.pdf_direction(si.wi, wo), 0.0)
 
         def to_string(self) -> str:
             return f"Metal[roughness={self.roughness}]"
 
+    return Metal
+
+
+def _schlick(mi: ModuleType) -> Any:
+    import drjit as dr
+
     class Schlick(mi.BSDF):
-        """Smooth glass whose reflectance is Schlick's, or none; total reflection stays."""
+        """Smooth glass with Schlick's reflectance or none; total internal reflection is kept in both cases."""
 
         def __init__(self, props: Any) -> None:
             mi.BSDF.__init__(self, props)
-            # Mitsuba's own glass knows the names and the defaults of the indices.
+            # Mitsuba's own glass resolves the names and defaults of the indices of refraction.
             indices = {name: props[name] for name in ("int_ior", "ext_ior") if name in props}
             self.eta = float(mi.traverse(mi.load_dict({"type": "dielectric", **indices}))["eta"])
             self.model = props.get("reflectance_model", "schlick")
             if self.model not in ("schlick", "none"):
-                raise UserError(f"schlick: no reflectance_model is called {self.model!r}; known: schlick, none")
+                raise UserError(f"schlick: unknown reflectance_model {self.model!r}; known: schlick, none")
             self.reflectance = props.get_texture("specular_reflectance", 1.0)
             self.transmittance = props.get_texture("specular_transmittance", 1.0)
             sides = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
@@ -141,7 +162,10 @@ def register(mi: ModuleType) -> None:
             self.m_flags = self.m_components[0] | self.m_components[1]
 
         def fresnel(self, cosine: Any) -> tuple[Any, Any, Any]:
-            """Reflectance, cosine of the refracted ray (of the other sign; 0: total reflection), and index ratio."""
+            """Reflectance, cosine of the refracted ray, and ratio of the indices.
+
+            The refracted cosine has the opposite sign of `cosine`; it is 0 for total internal reflection.
+            """
             _, refracted, ratio, _ = mi.fresnel(cosine, self.eta)
             normal = ((self.eta - 1.0) / (self.eta + 1.0)) ** 2
             rarer = dr.select(ratio > 1.0, dr.abs(cosine), dr.abs(refracted))
@@ -159,7 +183,7 @@ def register(mi: ModuleType) -> None:
             bs.sampled_type = dr.select(
                 reflects, mi.UInt32(+mi.BSDFFlags.DeltaReflection), mi.UInt32(+mi.BSDFFlags.DeltaTransmission)
             )
-            # Radiance is concentrated by the square of the index; particles are not.
+            # Refraction scales radiance by the squared ratio of the indices, but not importance.
             scale = 1.0 / (ratio * ratio) if ctx.mode == mi.TransportMode.Radiance else mi.Float(1.0)
             weight = dr.select(reflects, self.reflectance.eval(si, active), self.transmittance.eval(si, active) * scale)
             return bs, dr.select(active & (bs.pdf > 0.0), weight, 0.0)
@@ -173,12 +197,21 @@ def register(mi: ModuleType) -> None:
         def to_string(self) -> str:
             return f"Schlick[eta={self.eta}, model={self.model}]"
 
-    class NormalsGlow(mi.Emitter):
-        """Both sides of a surface glow in the colour 0.5 (n + 1) of its shading normal; lights are never sampled here."""
+    return Schlick
+
+
+def _normals_emitter(mi: ModuleType) -> Any:
+    import drjit as dr
+
+    class NormalsEmitter(mi.Emitter):
+        """Both sides of a surface emit the colour 0.5 (n + 1) of its shading normal.
+
+        Emitter sampling never chooses it: only BSDF sampling finds its light.
+        """
 
         def __init__(self, props: Any) -> None:
             mi.Emitter.__init__(self, props)
-            # Where the surface is there at all; an operand of a csg is not everywhere.
+            # 1 where the surface exists, else 0: only a part of a csg operand's surface bounds the solid.
             self.kept = props.get_texture("kept", 1.0)
             self.m_flags = mi.EmitterFlags.Surface | mi.EmitterFlags.SpatiallyVarying
 
@@ -186,7 +219,7 @@ def register(mi: ModuleType) -> None:
             return dr.select(active, 0.5 * (mi.Color3f(si.sh_frame.n) + 1.0) * self.kept.eval_1(si, active), 0.0)
 
         def sample_direction(self, it: Any, sample: Any, active: Any = True) -> Any:
-            # Dr.Jit makes no zeros of this type in the scalar variants.
+            # In the scalar variants, Dr.Jit cannot create zeros of this type.
             ds = dr.zeros(mi.DirectionSample3f) if dr.is_jit_v(mi.Float) else mi.DirectionSample3f()
             ds.pdf = 0.0
             return ds, mi.Color3f(0.0)
@@ -198,9 +231,6 @@ def register(mi: ModuleType) -> None:
             return mi.Color3f(0.0)
 
         def to_string(self) -> str:
-            return "NormalsGlow[]"
+            return "NormalsEmitter[]"
 
-    mi.register_bsdf("phong", lambda props: Phong(props))
-    mi.register_bsdf("metal", lambda props: Metal(props))
-    mi.register_bsdf("schlick", lambda props: Schlick(props))
-    mi.register_emitter("normals_glow", lambda props: NormalsGlow(props))
+    return NormalsEmitter

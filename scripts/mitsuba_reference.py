@@ -1,13 +1,13 @@
-"""References made with Mitsuba: independent batches of one scene, reduced to what a statistical comparison needs.
+"""References rendered with Mitsuba: independent batches of one scene, reduced to the data of a statistical comparison.
 
-A reference folder holds
+A reference folder contains
 
-- reference.exr      float32 `R, G, B`: mean over the batches; float16 `se.R, se.G, se.B`: standard error of that mean from
-                     the scatter between batches; float16 `deterministic`: 1 where a pixel hardly varies, else 0;
-                     values that float16 cannot hold are 0 (below 3e-8) or infinite (above 65504)
+- reference.exr      float32 `R, G, B`: mean over the batches; float16 `se.R, se.G, se.B`: standard error of that mean,
+                     estimated from the batches; float16 `deterministic`: 1 where a pixel hardly varies, else 0;
+                     values outside the range of float16 are 0 (below 3e-8) or infinite (above 65504)
 - tiles.npy          float32 (batches, height/8, width/8, 3): mean over the stochastic pixels of each 8 x 8 tile in each
-                     batch, NaN where a tile has none
-- PROVENANCE.toml    how it was made, and the SHA-256 of each file that the scene reads
+                     batch; NaN for a tile without stochastic pixels
+- PROVENANCE.toml    how the reference was rendered, and the SHA-256 of each file that the scene reads
 """
 
 import ctypes
@@ -49,9 +49,9 @@ SAMPLES_PER_BATCH = 64
 MAX_BATCHES = 4096
 MAX_INCLUDE_DEPTH = 15
 
-# A pixel is steady if the coefficient of variation of one batch stays below this in each channel. A pixel lit by a point
-# light varies by some 1e-3 from its footprint alone, which is noise that 1e-4 of tolerance cannot absorb; below 1e-4, the
-# mean of 64 batches is known to 1.3e-5.
+# A pixel is steady if the coefficient of variation of one batch stays below this limit in each channel. The mean of 64 batches
+# of such a pixel has a relative error of at most 1.3e-5. A pixel lit by a point light varies by about 1e-3 within its footprint,
+# which is above the limit.
 STEADY_CV = 1e-4
 DETERMINISTIC_RULE = (
     f"deterministic: the standard deviation of one batch is at most {STEADY_CV:g} of the mean in every channel, "
@@ -70,10 +70,10 @@ LLVM_FOLDERS = (
     "/usr/lib",
     "/opt/homebrew/opt/llvm*/lib",
 )
-# LLVM 14, 15 and 16 abort in their instruction selection; 19 and 22 work; those between were not at hand.
+# LLVM 14, 15 and 16 abort during instruction selection. Versions 19 and 22 work. Versions 17 and 18 were not tested.
 OLDEST_LLVM = 19
 
-# The parameter of a scene that says what stands in for `photonmapper`: <default name="photons_by" value="ptracer"/>.
+# The parameter of a scene that selects the stand-in for `photonmapper`: <default name="photons_by" value="ptracer"/>.
 PHOTONS_BY = "photons_by"
 
 Params = Mapping[str, str]
@@ -84,7 +84,7 @@ Params = Mapping[str, str]
 
 @dataclass(frozen=True)
 class Renderer:
-    """Mitsuba, ready in one variant; `llvm` says which LLVM library it uses, or "none"."""
+    """Mitsuba in one variant; `llvm` is the version of its LLVM library, or "none"."""
 
     mi: ModuleType
     variant: str
@@ -92,7 +92,7 @@ class Renderer:
 
 
 def llvm_version(path: Path) -> tuple[int, ...]:
-    """Version in the name of a libLLVM (libLLVM.so.19.1, libLLVM-15.so, libLLVM-14.0.6.so.1); () if there is none."""
+    """The version in the file name of a libLLVM (libLLVM.so.19.1, libLLVM-15.so, libLLVM-14.0.6.so.1); () if it has none."""
     match = re.fullmatch(r"libLLVM(?:-|\.so\.)(\d+(?:\.\d+)*)(?:\.so(?:\.\d+)*)?", path.name)
     return tuple(int(part) for part in match[1].split(".")) if match else ()
 
@@ -109,7 +109,7 @@ def newest_llvm(folders: Sequence[str] = LLVM_FOLDERS) -> Path | None:
 
 
 def full_llvm_version(path: Path) -> str:
-    """Ask the library for its version; fall back to its file name where it is too old to say."""
+    """The version that the library reports, or that in its file name if the library is too old to report one."""
     library = ctypes.CDLL(str(path))
     parts = [ctypes.c_uint(), ctypes.c_uint(), ctypes.c_uint()]
     try:
@@ -122,13 +122,13 @@ def full_llvm_version(path: Path) -> str:
 def start_mitsuba(variant: str | None = None) -> Renderer:
     """Import Mitsuba in `variant`.
 
-    Without one, that is `llvm_ad_rgb`, or `scalar_rgb` (some twenty times slower) if no LLVM library is found.
+    The default is `llvm_ad_rgb`, or `scalar_rgb` (about twenty times slower) if no LLVM library is found.
     """
     named = os.environ.get("DRJIT_LIBLLVM_PATH")
     library = Path(named) if named else newest_llvm()
     if library is not None:
         if not library.is_file():
-            raise UserError(f"DRJIT_LIBLLVM_PATH names no file: {library}")
+            raise UserError(f"DRJIT_LIBLLVM_PATH: no such file: {library}")
         os.environ["DRJIT_LIBLLVM_PATH"] = str(library)
     try:
         import mitsuba as mi
@@ -140,7 +140,7 @@ def start_mitsuba(variant: str | None = None) -> Renderer:
     if variant not in mi.variants():
         raise UserError(f"Mitsuba has no variant {variant!r}; it has: {', '.join(mi.variants())}")
     if library is None and variant.startswith("llvm"):
-        raise UserError(f"{variant} needs libLLVM of version {OLDEST_LLVM} or later; there is none")
+        raise UserError(f"{variant} needs libLLVM of version {OLDEST_LLVM} or later, which was not found")
     try:
         mi.set_variant(variant)
     except (ImportError, RuntimeError) as error:
@@ -150,14 +150,14 @@ def start_mitsuba(variant: str | None = None) -> Renderer:
     return Renderer(mi, variant, "none" if library is None else full_llvm_version(library))
 
 
-# --- what a scene consists of ------------------------------------------------------------------------------------------
+# --- the files and elements of a scene ------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class Element:
     """One element of a scene after substitution of parameters.
 
-    `parent` is the tag around it ("" at a root), `folder` that of the file it stands in.
+    `parent` is the tag of its parent element ("" at the root of a file); `folder` is the folder of its file.
     """
 
     tag: str
@@ -167,12 +167,12 @@ class Element:
 
 
 def all_scenes() -> list[Path]:
-    """The scenes that have a reference: those of assets/scenes and its figures, without the parts that scenes include."""
+    """The scenes that have a reference: those in assets/scenes and in its folder figures. Included parts are not scenes."""
     return sorted([*SCENES.glob("*.xml"), *(SCENES / "figures").glob("*.xml")], key=lambda path: path.stem)
 
 
 def scene_elements(scene: Path, params: Params | None = None) -> Iterator[Element]:
-    """Each element of a scene in document order, those of an included file after its <include>."""
+    """The elements of a scene in document order; those of an included file follow its <include>."""
     return _file_elements(scene, dict(params or {}), scene.parent, "", 0)
 
 
@@ -194,7 +194,7 @@ def _node_elements(
     element = Element(node.tag, {name: substitute(text, params) for name, text in node.attrib.items()}, parent, folder)
     yield element
     if node.tag == "default":
-        # The first definition of a parameter wins, and the command line comes before all of them.
+        # The first definition of a parameter takes effect; definitions on the command line come first.
         params.setdefault(element.attributes.get("name", ""), element.attributes.get("value", ""))
     elif node.tag == "include":
         yield from _file_elements(include_path(element, root), params, root, parent, depth + 1)
@@ -203,13 +203,13 @@ def _node_elements(
 
 
 def include_path(include: Element, root: Path) -> Path:
-    """Mitsuba looks for an included file beside the file that includes it, then beside the scene."""
+    """The path of an included file: Mitsuba searches the folder of the including file, then that of the scene."""
     name = include.attributes.get("filename", "")
     return include.folder / name if (include.folder / name).exists() else root / name
 
 
 def substitute(text: str, params: Params) -> str:
-    """Replace each $name by its value, longest names first; a backslash keeps the dollar sign."""
+    """Replace each $name by its value, longest names first; a backslash before a dollar sign keeps it."""
     if "$" not in text:
         return text
     names = sorted(params, key=len, reverse=True)
@@ -218,9 +218,9 @@ def substitute(text: str, params: Params) -> str:
 
 
 def scene_files(scene: Path, params: Params | None = None) -> list[str]:
-    """Every file that a scene reads, itself included, relative to its folder, sorted.
+    """The sorted paths of all files that a scene reads, including its own file, relative to its folder.
 
-    Meshes and textures are named relative to the folder of the scene, even in a file included from elsewhere.
+    The paths of meshes and textures start from the folder of the scene, even in an included file of another folder.
     """
     root = scene.parent
     found = {scene}
@@ -233,7 +233,7 @@ def scene_files(scene: Path, params: Params | None = None) -> list[str]:
 
 
 def file_hashes(scene: Path, params: Params | None = None) -> dict[str, str]:
-    """SHA-256 of each file that a scene reads, by its path relative to the scene's folder."""
+    """The SHA-256 of each file that a scene reads, by its path relative to the scene's folder."""
     hashes = {}
     for name in scene_files(scene, params):
         try:
@@ -244,7 +244,10 @@ def file_hashes(scene: Path, params: Params | None = None) -> dict[str, str]:
 
 
 def scene_hash(scene: Path, params: Params | None = None) -> str:
-    """The `etendue.scene_sha256` of our images: the SHA-256 of those of all files, XML files in order of reading first."""
+    """The `etendue.scene_sha256` in the header of etendue's images.
+
+    It is the SHA-256 of the hashes of all files: first the XML files in their order of reading, then the other files, sorted.
+    """
     files, others = [scene], set()
     for element in scene_elements(scene, params):
         if element.tag == "include" and (path := include_path(element, scene.parent)) not in files:
@@ -259,7 +262,7 @@ def scene_hash(scene: Path, params: Params | None = None) -> str:
 
 
 def integrator_name(scene: Path, params: Params | None = None) -> str:
-    """The integrator of a scene, with nested ones in brackets: "moment(path)"."""
+    """The integrator of a scene, with nested integrators in brackets: "moment(path)"."""
     outer, nested = "", []
     for element in scene_elements(scene, params):
         if element.tag == "integrator" and element.parent == "integrator":
@@ -270,7 +273,7 @@ def integrator_name(scene: Path, params: Params | None = None) -> str:
 
 
 def parameter(scene: Path, name: str, params: Params | None = None) -> str | None:
-    """The value of a parameter of a scene, given or by its first <default>; None if it has neither."""
+    """The value of a parameter of a scene, from `params` or its first <default>; None if neither has it."""
     defaults = (e.attributes.get("value", "") for e in scene_elements(scene, params) if _defines(e, name))
     return (params or {}).get(name, next(defaults, None))
 
@@ -284,7 +287,7 @@ def _defines(element: Element, name: str) -> bool:
 
 @dataclass(frozen=True)
 class Batches:
-    """Independent renderings of one scene: `images` is (batches, height, width, 3), linear RGB; times in seconds."""
+    """Independent images of one scene, (batches, height, width, 3), linear RGB; times in seconds."""
 
     images: NDArray[np.float32]
     samples: int
@@ -321,17 +324,17 @@ def load_scene(renderer: Renderer, scene: Path, params: Params | None = None) ->
 def load_with_stand_ins(
     renderer: Renderer, scene: Path, params: Params | None = None, change: Callable[[Any], None] | None = None
 ) -> tuple[Any, list[str]]:
-    """Load a scene for Mitsuba with an `independent` sampler in place of its own, and stand-ins for the plugins of ours.
+    """Load a scene for Mitsuba with an `independent` sampler, and with stand-ins for the plugins that Mitsuba lacks.
 
-    `change` alters the nodes of the parsed scene before anything stands in for them. Returns the scene, and what stands in for
-    what: "cone: mesh of 392192 triangles".
+    `change` alters the nodes of the parsed scene before the stand-ins are inserted. Returns the scene and a list of stand-ins,
+    such as "cone: mesh of 392192 triangles".
 
-    The standard errors need independent samples, and some of Mitsuba's other samplers are biased: with `ldsampler`, images of 64
-    samples per pixel are off by half a per cent behind glass.
+    The standard errors need independent samples. Some of Mitsuba's other samplers are also biased: with `ldsampler` and 64
+    samples per pixel, the image behind glass is off by 0.5 %.
     """
     mi = renderer.mi
     config = mi.parser.ParserConfig(renderer.variant)
-    # Mitsuba refuses parameters that nothing uses, and no plugin uses this one.
+    # Mitsuba refuses unused parameters, and no plugin uses this one.
     used_params = {name: value for name, value in (params or {}).items() if name != PHOTONS_BY}
     state = mi.parser.parse_file(config, str(scene), **used_params)
     for node in state.nodes:
@@ -347,10 +350,10 @@ def load_with_stand_ins(
         photons_by = parameter(scene, PHOTONS_BY, params) or "path"
         used = stand_ins.put_in(mi, state, scene.parent, Path(folder), photons_by)
         if used:
-            # Neither knows about objects made in Python.
+            # Neither optimization supports objects that were created in Python.
             config.merge_equivalent = config.merge_meshes = False
         mi.parser.transform_all(config, state)
-        # Meshes and textures are looked for beside the scene, as mi.load_file does.
+        # Like mi.load_file, search for meshes and textures in the folder of the scene.
         usual = mi.file_resolver()
         beside = mi.FileResolver(usual)
         beside.prepend(str(scene.parent))
@@ -362,16 +365,16 @@ def load_with_stand_ins(
 
 
 def exact_tolerance(loaded: Any) -> float:
-    """The largest relative difference that a pixel without noise may show.
+    """The largest relative difference that is accepted in a pixel without noise.
 
-    Mitsuba's LLVM variants evaluate the Gaussian bell by a polynomial that is up to 4e-4 of its peak off.
+    Mitsuba's LLVM variants evaluate the Gaussian filter with a polynomial whose error is up to 4e-4 of the peak.
     """
     return 4e-4 if "Gaussian" in str(loaded.sensors()[0].film().rfilter()) else 1e-4
 
 
 @contextmanager
 def _repeatable(renderer: Renderer, loaded: Any) -> Iterator[None]:
-    """Leave light tracing a single thread: several add to a pixel in another order each time."""
+    """Run light tracing on one thread: several threads add to a pixel in an order that varies between runs."""
     import drjit
 
     threads = drjit.thread_count()
@@ -385,7 +388,7 @@ def _repeatable(renderer: Renderer, loaded: Any) -> Iterator[None]:
 
 def _render(renderer: Renderer, loaded: Any, samples: int, seed: int) -> NDArray[np.float32]:
     with _repeatable(renderer, loaded):
-        # Further channels, after the colour, are those of aov and moment.
+        # The channels of aov and moment follow those of the colour.
         image = np.array(renderer.mi.render(loaded, spp=samples, seed=seed), dtype=np.float32)[..., :3]
     height, width, channels = image.shape
     if channels != 3:
@@ -400,10 +403,10 @@ def _render(renderer: Renderer, loaded: Any, samples: int, seed: int) -> NDArray
 
 @dataclass(frozen=True)
 class Reduction:
-    """What a reference keeps of its batches (K of them), for an image of H x W pixels.
+    """The reduction of K batches of H x W pixels to a reference.
 
-    `mean`, `standard_error`: (H, W, 3), of the mean over the batches; `deterministic`: (H, W);
-    `tiles`: (K, H/8, W/8, 3), NaN where a tile has only deterministic pixels.
+    `mean` (H, W, 3) is the mean over the batches and `standard_error` (H, W, 3) its standard error; `deterministic` is (H, W).
+    `tiles` (K, H/8, W/8, 3) are means of tiles, NaN where a tile has only deterministic pixels.
     """
 
     mean: NDArray[np.float64]
@@ -413,7 +416,7 @@ class Reduction:
 
 
 def reduce_batches(images: NDArray[np.float32]) -> Reduction:
-    """Reduce batches (K, H, W, 3) to a reference; sums are in float64."""
+    """Reduce batches (K, H, W, 3) to a reference, with sums in float64."""
     if len(images) < 2:
         raise UserError("a standard error needs at least two batches")
     exact = images.astype(np.float64)
@@ -425,8 +428,8 @@ def reduce_batches(images: NDArray[np.float32]) -> Reduction:
 def deterministic_pixels(steady: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """The steady pixels (H, W) whose neighbours within their tile are steady too.
 
-    A steady pixel beside a noisy one may hold an event too rare for these batches, such as a sliver of a silhouette: it is
-    left to the mean of the tile. A tile without noise keeps all its pixels, since it has no scatter to be judged by.
+    A steady pixel next to a noisy one may contain an event too rare for these batches, such as a sliver of a silhouette. Such a
+    pixel belongs to the mean of its tile. In a tile without noise all pixels are deterministic, because its mean has no scatter.
     """
     height, width = steady.shape
     tiles = steady.reshape(height // TILE, TILE, width // TILE, TILE).transpose(0, 2, 1, 3)
@@ -436,7 +439,7 @@ def deterministic_pixels(steady: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def tile_means(images: NDArray[np.float64], mask: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Mean over the pixels of `mask` (H, W) in each 8 x 8 tile of images (K, H, W, 3); NaN where there are none."""
+    """The mean over the pixels of `mask` (H, W) in each 8 x 8 tile of images (K, H, W, 3); NaN for a tile without such pixels."""
     batches, height, width, channels = images.shape
     kept = np.where(mask[..., None], images, 0.0)
     sums = kept.reshape(batches, height // TILE, TILE, width // TILE, TILE, channels).sum(axis=(2, 4))
@@ -445,7 +448,7 @@ def tile_means(images: NDArray[np.float64], mask: NDArray[np.bool_]) -> NDArray[
 
 
 def summary(images: NDArray[np.float32], reduction: Reduction) -> dict[str, Any]:
-    """How well a reference knows its scene: relative standard errors, and how far the batches are from normal."""
+    """Statistics of a reference: relative standard errors, and the excess kurtosis of its tiles over the batches."""
     batches = len(images)
     means = images.astype(np.float64).mean(axis=(1, 2))
     scatter = means.std(axis=0, ddof=1) / np.sqrt(batches)
@@ -477,7 +480,7 @@ def make_reference(
     params: Params | None = None,
 ) -> dict[str, Any]:
     """Render a scene and write its reference into `folder`; returns the statistics written to PROVENANCE.toml."""
-    # Hashed before rendering, so that an edit meanwhile makes the reference stale rather than falsely fresh.
+    # The files are hashed before rendering: if one is edited during the render, the reference is stale.
     files = file_hashes(scene, params)
     rendered = render_batches(renderer, scene, samples, batches, params)
     reduction = reduce_batches(rendered.images)
@@ -520,7 +523,7 @@ def make_reference(
 
 
 def write_exr(path: Path, reduction: Reduction) -> None:
-    """Write mean (float32), standard error and deterministic mask (float16) as one ZIP-compressed EXR."""
+    """Write the mean (float32), the standard error and the deterministic mask (float16) as one ZIP-compressed EXR file."""
     import OpenEXR
 
     channels = {name: plane(reduction.mean[..., c], np.float32) for c, name in enumerate("RGB")}
@@ -537,7 +540,7 @@ def plane(values: NDArray[Any], kind: type[np.floating[Any]]) -> NDArray[Any]:
 
 
 def toml_text(table: Mapping[str, Any]) -> str:
-    """A table of strings, numbers, lists of either, and one level of sub-tables, as TOML."""
+    """The TOML text of a table of strings, numbers, lists of either, and one level of sub-tables."""
     lines = [f"{_key(key)} = {_value(value)}" for key, value in table.items() if not isinstance(value, dict)]
     for name, inner in table.items():
         if isinstance(inner, dict):
@@ -560,7 +563,7 @@ def _value(value: Any) -> str:
 
 
 def stale_reasons(scene: Path, folder: Path) -> list[str]:
-    """Why a reference does not belong to the scene as it is now; empty if it does."""
+    """The reasons why a reference does not belong to the current scene; empty if it does."""
     missing = [name for name in ("PROVENANCE.toml", "reference.exr", "tiles.npy") if not (folder / name).is_file()]
     if missing:
         return [f"missing {name}" for name in missing]

@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
-"""Render one image with Mitsuba and measure it, as `etendue render` does: the same scene files, options and header texts.
+"""Render one image with Mitsuba and measure its cost, with the same scene files, options and header texts as `etendue render`.
 
-In the header stand, beside what etendue writes there (spp, seed, integrator, sampler, parameters, scene_sha256, version):
+The header contains the same texts as etendue's (spp, seed, integrator, sampler, parameters, scene_sha256), and also:
 
 - `etendue.renderer`         mitsuba, its version and its variant
-- `etendue.seconds`          wall time of the render alone, warm: nothing is loaded or compiled in it
-- `etendue.core_seconds`     CPU time (user + system, all threads) of the same
-- `etendue.warm_up_seconds`  wall time before it: reading the scene, compiling kernels, a render to warm up
-- `etendue.peak_bytes`       the greatest resident memory of the whole process, with Python and Mitsuba in it
-- `etendue.stand_ins`        what stands in for the plugins that Mitsuba lacks
+- `etendue.seconds`          wall time of the render alone, after a warm-up: nothing is loaded or compiled during this time
+- `etendue.core_seconds`     CPU time (user + system, all threads) of the same render
+- `etendue.warm_up_seconds`  wall time before that render: reading the scene, compiling kernels, a render to warm up
+- `etendue.peak_bytes`       peak resident memory of the whole process, including Python and Mitsuba
+- `etendue.stand_ins`        the stand-ins for the plugins that Mitsuba lacks
 
-Light tracing (`ptracer`) runs on all threads like the others, so its images repeat but for the last bits.
+Light tracing (`ptracer`) runs on all threads like the other integrators, so the last bits of its images vary between runs.
 Exit codes: 0 the image is written; 2 bad input.
 """
 
@@ -31,13 +31,13 @@ from user_error import UserError
 
 # Seeds of Mitsuba are 32-bit.
 MAX_SEED = 2**32 - 1
-# Integrators that take the parameters in common.
-ALIKE = ("path", "volpath", "volpathmis", "ptracer", "photonmapper", "sppm")
+# The integrators that share INTEGRATOR_PARAMETERS.
+WITH_PATH_LIMITS = ("path", "volpath", "volpathmis", "ptracer", "photonmapper", "sppm")
 
 
 @dataclass(frozen=True)
 class Run:
-    """What is to be rendered. `params` are the integrator's, `defines` the $parameters of the scene."""
+    """The input of one render. `params` are parameters of the integrator, `defines` are $parameters of the scene."""
 
     scene: Path
     output: Path
@@ -51,7 +51,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Measured:
-    """An image (H, W, 3) and what it took; see the head of this file."""
+    """An image (H, W, 3) and its cost; the docstring of this file explains the times."""
 
     pixels: Any
     seconds: float
@@ -64,18 +64,18 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("scene", type=Path, help="a scene file")
     parser.add_argument("-o", dest="output", type=Path, required=True, metavar="OUT.exr", help="the image to write")
     parser.add_argument("--spp", type=int, required=True, metavar="N", help="samples per pixel")
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="the seed (default: %(default)s)")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed (default: %(default)s)")
     parser.add_argument("--integrator", metavar="NAME", help="replace the scene's integrator, keeping max_depth and the like")
-    parser.add_argument("--sampler", default="independent", metavar="NAME", help="replace the scene's (default: %(default)s)")
+    parser.add_argument("--sampler", default="independent", metavar="NAME", help="sampler of the render (default: %(default)s)")
     parser.add_argument("--param", action="append", default=[], metavar="NAME=VALUE", help="set a parameter of the integrator")
-    parser.add_argument("-D", dest="define", action="append", default=[], metavar="NAME=VALUE", help="set one of the scene")
-    parser.add_argument("--variant", metavar="NAME", help="of Mitsuba (default: llvm_ad_rgb, or scalar_rgb without LLVM)")
-    parser.add_argument("--threads", type=int, metavar="N", help="threads (default: one per core)")
+    parser.add_argument("-D", dest="define", action="append", default=[], metavar="NAME=VALUE", help="set a scene parameter")
+    parser.add_argument("--variant", metavar="NAME", help="variant of Mitsuba (default: llvm_ad_rgb, or scalar_rgb without LLVM)")
+    parser.add_argument("--threads", type=int, metavar="N", help="number of threads (default: one per core)")
     return parser.parse_args()
 
 
 def typed(text: str) -> bool | int | float | str:
-    """A parameter's value in the type that its text has."""
+    """The value of a parameter as a boolean, an integer, a float or a text, whichever its text is."""
     if text in ("true", "false"):
         return text == "true"
     for kind in (int, float):
@@ -87,17 +87,17 @@ def typed(text: str) -> bool | int | float | str:
 
 
 def change_scene(mi: Any, state: Any, run: Run) -> None:
-    """Give a parsed scene the sampler, integrator and parameters of a run; what all integrators have in common is kept."""
+    """Give a parsed scene the sampler, integrator and parameters of a run; path limits and hide_emitters are kept."""
     tree, name = Tree(mi, state), run.integrator
     for node in tree.every("Sampler"):
         tree.props(node).set_plugin_name(run.sampler)
-    # A nested integrator belongs to another; the outer one is the child of the scene.
+    # The child of the scene is the outer integrator; it may contain others.
     found = [node for _, node in tree.children(0, "Integrator")]
     if not found:
         raise UserError("the scene has no integrator")
     props = tree.props(found[0])
     if name and name != props.plugin_name():
-        kept = INTEGRATOR_PARAMETERS if name in ALIKE and props.plugin_name() in ALIKE else ()
+        kept = INTEGRATOR_PARAMETERS if {name, props.plugin_name()} <= set(WITH_PATH_LIMITS) else ()
         for other in [other for other in props if other not in kept]:
             del props[other]
         props.set_plugin_name(name)
@@ -106,12 +106,15 @@ def change_scene(mi: Any, state: Any, run: Run) -> None:
 
 
 def warm_up_samples(spp: int) -> int:
-    """The least samples whose kernels are those of `spp`: they are others below four, and others for powers of two."""
+    """The smallest number of samples that compiles the same kernels as `spp`.
+
+    Mitsuba compiles separate kernels for fewer than four samples, and for powers of two.
+    """
     return min(spp, 4 if spp.bit_count() == 1 else 5)
 
 
 def render(renderer: ref.Renderer, loaded: Any, spp: int, seed: int, since: float) -> Measured:
-    """Render warm: kernels are compiled before, and if one was not, the render is made again. `since` is when all began."""
+    """Render after a warm-up that compiles the kernels; render again if a kernel was still missing. `since` is the start time."""
     import drjit
     import numpy as np
 
@@ -129,7 +132,7 @@ def render(renderer: ref.Renderer, loaded: Any, spp: int, seed: int, since: floa
     warm_up = time.perf_counter() - since
     pixels, warm, seconds, core_seconds = once(spp)
     if not warm:
-        # Kernels of some integrators, such as ptracer, depend on the number of samples.
+        # The kernels of some integrators, such as ptracer, depend on the number of samples.
         warm_up = time.perf_counter() - since
         pixels, _, seconds, core_seconds = once(spp)
     if pixels.ndim != 3 or pixels.shape[2] != 3:
@@ -138,7 +141,7 @@ def render(renderer: ref.Renderer, loaded: Any, spp: int, seed: int, since: floa
 
 
 def make(run: Run, variant: str | None = None, threads: int | None = None) -> None:
-    """Render, measure and write one image; raises UserError."""
+    """Render, measure and write one image. Raises UserError for bad input."""
     since = time.perf_counter()
     if run.spp < 1 or not 0 <= run.seed <= MAX_SEED:
         raise UserError(f"spp must be at least 1 and the seed within 0 .. {MAX_SEED}")
@@ -177,9 +180,9 @@ def make(run: Run, variant: str | None = None, threads: int | None = None) -> No
 
 
 def peak_bytes() -> int:
-    """The greatest resident memory that this process has had."""
+    """The peak resident memory of this process."""
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    # Kilobytes, but on macOS bytes.
+    # ru_maxrss is in kilobytes, on macOS in bytes.
     return peak if sys.platform == "darwin" else 1024 * peak
 
 

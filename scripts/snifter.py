@@ -1,6 +1,6 @@
-"""A cognac glass and what is in it: three surfaces of revolution around the z axis, each between two media.
+"""A cognac glass and its cognac: three surfaces of revolution around the z axis, each between two media.
 
-The foot stands on z = 0. Where two surfaces meet, at the edge of the liquid, they share their vertices.
+The foot stands on z = 0. The surfaces meet at the edge of the liquid, where they share their vertices.
 """
 
 import math
@@ -13,9 +13,9 @@ SECTORS = 80
 
 FOOT, EDGE = 0.77, 0.05
 STEM, STEM_LOW, STEM_HIGH = 0.085, 0.30, 0.42
-# The inner wall of the bowl is a part of a spheroid; the outer one is that of another, thicker by this.
+# The inner wall of the bowl is a part of an ellipsoid of revolution; the outer wall is a part of one larger by THICKNESS.
 CENTRE, ACROSS, UPRIGHT, THICKNESS = 1.45, 0.85, 0.9, 0.05
-# Angles of the bowl above its widest circle: where the stem ends, where the liquid ends, and the rim.
+# Angles above the widest circle of the bowl: of the end of the stem, of the surface of the liquid, and of the rim.
 BOTTOM, LEVEL, RIM = (math.radians(degrees) for degrees in (-65.0, -22.0, 52.0))
 
 Vec2 = tuple[float, float]
@@ -23,7 +23,7 @@ Vec2 = tuple[float, float]
 
 @dataclass(frozen=True)
 class Point:
-    """One point (r, z) of a profile and its unit normal, to the right of the way along the profile."""
+    """A point (r, z) of a profile and its unit normal, which points to the right of the direction of the profile."""
 
     r: float
     z: float
@@ -31,7 +31,7 @@ class Point:
 
 
 def snifter() -> Mesh:
-    """Glass against air: foot, stem, the outside of the bowl, and its inside down to the liquid."""
+    """The boundary between glass and air: foot, stem, the outside of the bowl, and its inside down to the liquid."""
     outside, inside = ACROSS + THICKNESS, UPRIGHT + THICKNESS
     foot = line((0.0, 0.0), (FOOT, 0.0), 2)
     edge = curve((FOOT, 0.0), (0.04, 0.0), (-0.04, 0.0036), (FOOT, EDGE), 10)
@@ -46,12 +46,12 @@ def snifter() -> Mesh:
 
 
 def cognac_wall() -> Mesh:
-    """The liquid against the glass, its normals out of the liquid."""
+    """The boundary between liquid and glass, with normals out of the liquid."""
     return revolved([arc(ACROSS, UPRIGHT, -0.5 * math.pi, LEVEL, 20)])
 
 
 def cognac_surface() -> Mesh:
-    """The liquid against the air above it, flat."""
+    """The flat boundary between the liquid and the air above it."""
     shore = ellipse(ACROSS, UPRIGHT, LEVEL)
     return revolved([line((shore.r, shore.z), (0.0, shore.z), 1)])
 
@@ -60,7 +60,7 @@ def cognac_surface() -> Mesh:
 
 
 def along(point: Point, length: float) -> Vec2:
-    """The tangent at a point."""
+    """The tangent of the profile at a point, with a given length."""
     return (-length * point.normal[1], length * point.normal[0])
 
 
@@ -71,7 +71,7 @@ def line(a: Vec2, b: Vec2, steps: int) -> list[Point]:
 
 
 def curve(a: Vec2, leaving: Vec2, arriving: Vec2, b: Vec2, steps: int) -> list[Point]:
-    """A cubic Bezier curve; the two inner control points are given as a way from `a`, and as a way to `b`."""
+    """A cubic Bezier curve from `a` to `b`; its inner control points are `a + leaving` and `b - arriving`."""
     controls = [a, (a[0] + leaving[0], a[1] + leaving[1]), (b[0] - arriving[0], b[1] - arriving[1]), b]
     return [_bezier(controls, k / steps) for k in range(steps + 1)]
 
@@ -87,7 +87,7 @@ def _bezier(controls: list[Vec2], t: float) -> Point:
 
 
 def ellipse(across: float, upright: float, angle: float, sense: float = 1.0) -> Point:
-    """A point of the bowl, on the way up (`sense` 1) or down (-1)."""
+    """A point of the bowl on a profile that runs upwards (`sense` 1) or downwards (-1)."""
     cos, sin = math.cos(angle), math.sin(angle)
     nr, nz = cos / across, sin / upright
     length = math.hypot(nr, nz)
@@ -103,7 +103,7 @@ def arc(across: float, upright: float, start: float, end: float, steps: int) -> 
 
 
 def revolved(parts: list[list[Point]]) -> Mesh:
-    """The surface that a profile of smoothly joined parts sweeps; a point on the axis is one vertex."""
+    """Revolve a profile of smoothly joined parts; a point on the axis becomes one vertex."""
     points = parts[0] + [point for part in parts[1:] for point in part[1:]]
     mesh = Mesh([], [])
     rings = [_ring(mesh, point) for point in points]
@@ -115,7 +115,7 @@ def revolved(parts: list[list[Point]]) -> Mesh:
 
 
 def _ring(mesh: Mesh, point: Point) -> list[int]:
-    """The vertices of one point of the profile, by sector."""
+    """Add the vertices of one point of the profile; returns their indices by sector."""
     first = len(mesh.positions)
     is_pole = point.r < 1e-9
     for k in range(1 if is_pole else SECTORS):
@@ -129,5 +129,5 @@ def _ring(mesh: Mesh, point: Point) -> list[int]:
 
 
 def _vector(x: float, y: float, z: float) -> Vec3:
-    """Rounded to what cosines are known to everywhere, and no minus sign on zero."""
+    """Round to seven decimals, to which all platforms agree on cosines; zero has no minus sign."""
     return (round(x, 7) + 0.0, round(y, 7) + 0.0, round(z, 7) + 0.0)

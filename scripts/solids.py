@@ -1,4 +1,4 @@
-"""Solids as inequalities: which points lie in a sphere, a cone, ..., and in a union, intersection or difference of such."""
+"""Solids as inequalities: whether a point lies in a sphere, a cone, ..., or in a union, intersection or difference of solids."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -9,13 +9,13 @@ import numpy as np
 
 from surfaces import Array, Quadric
 
-# Coordinates x, y, z (numbers, or arrays of numpy or Dr.Jit) to a mask.
+# Whether the point (x, y, z) lies in a solid; coordinates are numbers, or arrays of numpy or Dr.Jit.
 Test = Callable[[Any, Any, Any], Any]
 
 
 @dataclass(frozen=True, eq=False)
-class Leaf:
-    """A solid by a test in a frame of its own."""
+class Primitive:
+    """A solid given by a test in its own frame."""
 
     test: Test
     to_local: Array
@@ -27,17 +27,17 @@ class Leaf:
 
 @dataclass(frozen=True, eq=False)
 class Operation:
-    """A union, an intersection, or a difference: the first operand without all others."""
+    """A union, an intersection, or a difference, which is the first operand without all others."""
 
     name: str
-    operands: Sequence["Leaf | Operation"]
+    operands: Sequence["Primitive | Operation"]
 
 
-def contains(solid: Leaf | Operation, p: Any, leaf: Leaf, inside: bool) -> Any:
-    """Whether a point lies in a solid, if `inside` says whether it lies in `leaf`."""
-    if isinstance(solid, Leaf):
-        return inside if solid is leaf else solid.contains(p)
-    first, *others = (contains(operand, p, leaf, inside) for operand in solid.operands)
+def contains(solid: Primitive | Operation, p: Any, primitive: Primitive, inside: bool) -> Any:
+    """Whether a point lies in a solid, assuming that `inside` is its membership in `primitive`."""
+    if isinstance(solid, Primitive):
+        return inside if solid is primitive else solid.contains(p)
+    first, *others = (contains(operand, p, primitive, inside) for operand in solid.operands)
     for other in others:
         if solid.name == "union":
             first = first | other
@@ -48,13 +48,19 @@ def contains(solid: Leaf | Operation, p: Any, leaf: Leaf, inside: bool) -> Any:
     return first
 
 
-def bounds(solid: Leaf | Operation, p: Any, leaf: Leaf) -> Any:
-    """Whether a point on the surface of `leaf` is on the surface of the solid: whether it matters on which side it lies."""
-    return contains(solid, p, leaf, True) ^ contains(solid, p, leaf, False)
+def bounds(solid: Primitive | Operation, p: Any, primitive: Primitive) -> Any:
+    """Whether a point on the surface of `primitive` is on the surface of the solid.
+
+    It is if its membership in the solid depends on its membership in `primitive`.
+    """
+    return contains(solid, p, primitive, True) ^ contains(solid, p, primitive, False)
 
 
-def kept_texture(mi: ModuleType, solid: Leaf | Operation, leaf: Leaf, also: Test | None) -> Any:
-    """A texture that is 1 where the surface of `leaf` bounds the solid (and `also` holds in the frame of the leaf), else 0."""
+def kept_texture(mi: ModuleType, solid: Primitive | Operation, primitive: Primitive, also: Test | None) -> Any:
+    """A texture that is 1 where the surface of `primitive` bounds the solid, else 0.
+
+    If `also` is given, it must hold too, in the frame of the primitive.
+    """
     import drjit as dr
 
     class Kept(mi.Texture):
@@ -62,9 +68,9 @@ def kept_texture(mi: ModuleType, solid: Leaf | Operation, leaf: Leaf, also: Test
             mi.Texture.__init__(self, mi.Properties("kept"))
 
         def eval_1(self, si: Any, active: Any = True) -> Any:
-            kept = bounds(solid, si.p, leaf)
+            kept = bounds(solid, si.p, primitive)
             if also is not None:
-                kept &= Leaf(also, leaf.to_local).contains(si.p)
+                kept &= Primitive(also, primitive.to_local).contains(si.p)
             return dr.select(kept, mi.Float(1.0), mi.Float(0.0))
 
         def is_spatially_varying(self) -> bool:
@@ -80,44 +86,44 @@ def kept_texture(mi: ModuleType, solid: Leaf | Operation, leaf: Leaf, also: Test
 
 
 def in_sphere(x: Any, y: Any, z: Any) -> Any:
-    """The unit ball."""
+    """Inside the unit sphere."""
     return x * x + y * y + z * z < 1.0
 
 
 def in_cube(x: Any, y: Any, z: Any) -> Any:
-    """The cube from -1 to 1."""
+    """Inside the cube from -1 to 1."""
     return (abs(x) < 1.0) & (abs(y) < 1.0) & (abs(z) < 1.0)
 
 
 def in_cylinder(x: Any, y: Any, z: Any) -> Any:
-    """Radius 1 around the z axis, from 0 to 1."""
+    """Inside the cylinder of radius 1 around the z axis, for 0 < z < 1."""
     return (x * x + y * y < 1.0) & (z > 0.0) & (z < 1.0)
 
 
 def below_plane(x: Any, y: Any, z: Any) -> Any:
-    """The half-space below z = 0."""
+    """In the half-space below z = 0."""
     return z < 0.0
 
 
 def in_cone(radius: float, height: float) -> Test:
-    """See surfaces.cone."""
+    """Inside the solid cone of surfaces.cone."""
     steepness = (radius / height) ** 2
     return lambda x, y, z: (x * x + y * y < steepness * (height - z) * (height - z)) & (z > 0.0) & (z < height)
 
 
 def in_paraboloid(radius: float, height: float) -> Test:
-    """See surfaces.paraboloid."""
+    """Inside the solid paraboloid of surfaces.paraboloid."""
     return lambda x, y, z: (x * x + y * y < radius * radius / height * z) & (z < height)
 
 
 def in_hyperboloid(radius: float, axis: float, z_min: float, z_max: float, sheets: int) -> Test:
-    """See surfaces.hyperboloid: around the z axis, inside the sheets."""
+    """Inside the sheets of surfaces.hyperboloid, on the side of the z axis."""
     squared, waist = (radius / axis) ** 2, radius * radius * (1.0 if sheets == 1 else -1.0)
     return lambda x, y, z: (x * x + y * y < squared * z * z + waist) & (z > z_min) & (z < z_max)
 
 
 def in_quadric(shape: Quadric) -> Test:
-    """Where the quadric is negative."""
+    """Where the value of the quadric is negative."""
     (a, d, e), (_, b, f), (_, _, c) = shape.matrix.tolist()
     g, h, i = shape.linear.tolist()
     return lambda x, y, z: (
@@ -126,6 +132,6 @@ def in_quadric(shape: Quadric) -> Test:
 
 
 def in_box(low: Array, high: Array) -> Test:
-    """Between two corners."""
+    """Inside the box with two given corners."""
     (a, b, c), (d, e, f) = np.asarray(low).tolist(), np.asarray(high).tolist()
     return lambda x, y, z: (x > a) & (x < d) & (y > b) & (y < e) & (z > c) & (z < f)

@@ -1,18 +1,18 @@
-"""Stand-ins for the plugins of ours that Mitsuba lacks, put in place of them into the nodes of a parsed scene.
+"""Stand-ins for etendue's plugins that Mitsuba lacks. They replace these plugins in the nodes of a parsed scene.
 
-- `plane` is a square, `triangle` and `kcply` are meshes; `cone`, `paraboloid`, `hyperboloid` and `quadric` fine meshes
-- `ellipsoid`, an ellipsoidal `quadric`, and a `sphere` or `cylinder` of unequal scales are instances of unit shapes: exact but
-  for single precision, in which Mitsuba meets them (seen from d radii, they are off by 3e-7 d^2 of a radius at most);
-  those that shine are fine meshes, since Mitsuba instances no lights
-- `csg` is exact as far as its operands are: the surface of each, masked where it does not bound the solid. No surface may
-  coincide with one that is masked away: a ray that passes the one misses the other
-- `absorption` of glass is a medium inside each of its shapes that scatters nothing, seen by volpathmis. Mitsuba tells it from the
-  last interface: a medium that absorbs outside the glass in it is not known there, nor one with the camera in it
-- `allow_open` is left out: Mitsuba lets glass be open
-- `normals` is an emitter, `phong`, `metal` and `schlick` are BSDFs of mitsuba_bsdfs
-- `photonmapper` is `path`, which estimates without bias what photon maps estimate with some. It finds no light that a
-  mirror or glass casts from a `point`, `spot` or `directional` light: there, `ptracer` can stand in. It finds all but what
-  mirrors and glass show, which stays black
+- `plane` becomes a square, `triangle` and `kcply` become meshes; `cone`, `paraboloid`, `hyperboloid` and `quadric` fine meshes
+- `ellipsoid`, an ellipsoidal `quadric`, and a `sphere` or `cylinder` with unequal scales become instances of unit shapes. They
+  are exact, except that Mitsuba intersects them in single precision: from a distance of d radii, the error is at most 3e-7 d^2
+  radii. Those with an emitter become fine meshes, because Mitsuba cannot instance emitters
+- `csg` becomes the surfaces of its operands, each masked where it does not bound the solid. It is as exact as its operands. No
+  other surface may coincide with a masked one: a ray that passes the mask misses the other surface
+- `absorption` of glass becomes a medium without scattering inside each of its shapes, rendered with volpathmis. Mitsuba derives
+  the medium from the last interface, so two cases are not supported: an absorbing medium around glass, and a camera in a medium
+- `allow_open` is removed: in Mitsuba, glass may be open
+- `normals` becomes an emitter; `phong`, `metal` and `schlick` are BSDFs of mitsuba_bsdfs
+- `photonmapper` becomes `path`, an unbiased estimator of what photon maps estimate with a bias. `path` misses the caustics of
+  `point`, `spot` and `directional` lights. For those, `ptracer` can be the stand-in: it finds all light, except what the camera
+  sees in mirrors and through glass, which is black
 """
 
 from collections.abc import Callable, Iterator
@@ -26,22 +26,22 @@ import numpy as np
 
 import solids
 import surfaces
-from solids import Leaf, Operation, Test
+from solids import Operation, Primitive, Test
 from surfaces import Array, Quadric, Surface
 from user_error import UserError
 
 BSDFS = ("phong", "metal", "schlick")
 GLASS = ("dielectric", "schlick")
 
-# What may stand in for `photonmapper`, and how it is noted.
+# The possible stand-ins for `photonmapper`, and how PROVENANCE.toml describes them.
 FOR_PHOTONS = {"path": "path", "ptracer": "ptracer, which shows mirrors and glass black"}
-# What all of them have in common.
+# The parameters that all of them have.
 INTEGRATOR_PARAMETERS = ("max_depth", "rr_depth", "hide_emitters")
 
 
 @dataclass
 class Tree:
-    """The nodes of a parsed scene, known by their indices: adding a node moves the others in memory."""
+    """The nodes of a parsed scene, identified by their indices, because adding a node moves the others in memory."""
 
     mi: ModuleType
     state: Any
@@ -53,28 +53,28 @@ class Tree:
         return self.props(node).plugin_name()
 
     def every(self, kind: str, *plugins: str) -> Iterator[int]:
-        """The nodes of a kind (Shape, BSDF, ...), those of some plugins only if any are named."""
+        """The nodes of a kind (Shape, BSDF, ...); if plugins are given, only the nodes of these plugins."""
         wanted = getattr(self.mi.ObjectType, kind)
         for node in range(len(self.state.nodes)):
             if self.state.nodes[node].type == wanted and (not plugins or self.plugin(node) in plugins):
                 yield node
 
     def children(self, node: int, kind: str) -> list[tuple[str, int]]:
-        """Property name and index of each child of a kind, in the order of the document."""
+        """The property name and the index of each child of a kind, in document order."""
         props = self.props(node)
         names = [name for name in props if props.type(name) == self.mi.Properties.Type.ResolvedReference]
         found = [(name, props[name].index()) for name in names]
         return [(name, child) for name, child in found if self.state.nodes[child].type == getattr(self.mi.ObjectType, kind)]
 
     def add(self, like: int, kind: str, plugin: str) -> int:
-        """A new node without properties, for errors at the place of another."""
+        """Add a node without properties; errors are reported at the location of the node `like`."""
         node = self.mi.parser.SceneNode(self.state.nodes[like])
         node.type, node.props = getattr(self.mi.ObjectType, kind), self.mi.Properties(plugin)
         self.state.nodes.append(node)
         return len(self.state.nodes) - 1
 
     def copy(self, node: int) -> int:
-        """A second node with the same properties and children, but no id."""
+        """Add a node with the same properties and children, but without an id."""
         self.state.nodes.append(self.mi.parser.SceneNode(self.state.nodes[node]))
         self.props(len(self.state.nodes) - 1).set_id("")
         return len(self.state.nodes) - 1
@@ -83,7 +83,7 @@ class Tree:
         self.props(node)[name] = self.mi.Properties.ResolvedReference(child)
 
     def take(self, node: int, name: str, default: Any) -> Any:
-        """The value of a property, which is removed."""
+        """Remove a property and return its value."""
         props = self.props(node)
         if name not in props:
             return default
@@ -95,7 +95,7 @@ class Tree:
         return np.array(self.take(node, name, default), dtype=np.float64)
 
     def take_matrix(self, node: int) -> Array:
-        """The matrix of to_world, which is removed."""
+        """Remove to_world and return its matrix."""
         to_world = self.take(node, "to_world", None)
         return np.eye(4) if to_world is None else np.array(to_world.matrix, dtype=np.float64)
 
@@ -103,15 +103,15 @@ class Tree:
         self.props(node)["to_world"] = self.mi.ScalarTransform4d(matrix)
 
     @contextmanager
-    def unharmed(self, node: int) -> Iterator[None]:
-        """Give a node its properties back afterwards."""
+    def restored(self, node: int) -> Iterator[None]:
+        """Restore the properties of a node at the end."""
         saved = self.mi.Properties(self.props(node))
         yield
         self.state.nodes[node].props = saved
 
     @contextmanager
     def faults_at(self, node: int) -> Iterator[None]:
-        """Say of a fault of numbers where it is."""
+        """Turn a ValueError into an error at the location of a node."""
         try:
             yield
         except ValueError as error:
@@ -124,7 +124,7 @@ class Tree:
 
 @dataclass
 class StandIns:
-    """Replaces plugins; `used` says which by what, `folder` takes the meshes, `beside` holds the files of the scene."""
+    """Inserts stand-ins. `used` lists them, `folder` receives their meshes, `beside` is the folder of the scene."""
 
     tree: Tree
     beside: Path
@@ -137,7 +137,7 @@ class StandIns:
     # --- one shape ---
 
     def shape(self, node: int) -> None:
-        """Replace one shape, if it is ours, by one of Mitsuba's with the same children."""
+        """Replace one shape that Mitsuba lacks by one of Mitsuba's with the same children."""
         replace = {
             "plane": self.plane,
             "triangle": self.triangle,
@@ -155,7 +155,7 @@ class StandIns:
                 replace(node)
 
     def mesh(self, node: int, surface: Surface) -> None:
-        """Turn a shape into a mesh in the coordinates of its to_world."""
+        """Turn a shape into a mesh in its local coordinates, which its to_world maps to the world."""
         path = self.folder / f"{node}.ply"
         surfaces.write_ply(path, surface)
         props = self.tree.props(node)
@@ -163,7 +163,7 @@ class StandIns:
         props["filename"] = str(path)
 
     def world_mesh(self, node: int, surface: Surface, matrix: Array) -> None:
-        """Turn a shape into a mesh under an affine map, and note how fine."""
+        """Turn a shape into a mesh under an affine map, and note its number of triangles if it is fine."""
         if len(surface.faces) > 1000:
             self.note(self.tree.plugin(node), f"mesh of {len(surface.faces)} triangles")
             self.tree.props(0)["embree_use_robust_intersections"] = True
@@ -171,14 +171,14 @@ class StandIns:
 
     def plane(self, node: int) -> None:
         if self.tree.children(node, "Emitter"):
-            raise self.tree.error(node, "an infinite light has no stand-in")
+            raise self.tree.error(node, "no stand-in for an infinite area light")
         self.note("plane", f"square of half-size {surfaces.PLANE_HALF_SIZE:g}")
         self.world_mesh(node, surfaces.plane(), self.tree.take_matrix(node))
 
     def triangle(self, node: int) -> None:
         corners, normals = ([self.tree.take(node, f"{letter}{k}", None) for k in range(3)] for letter in "pn")
         if any(p is None for p in corners) or len({n is None for n in normals}) > 1:
-            raise self.tree.error(node, "needs p0, p1, p2, and of n0, n1, n2 all or none")
+            raise self.tree.error(node, "needs p0, p1 and p2, and either all or none of n0, n1 and n2")
         flat = normals[0] is None
         surface = surfaces.triangle(np.array(corners, dtype=np.float64), None if flat else np.array(normals, dtype=np.float64))
         self.note("triangle", "mesh")
@@ -203,7 +203,7 @@ class StandIns:
             self.affine(node, "sphere", self.unit_map(node), surfaces.sphere)
 
     def cylinder(self, node: int) -> None:
-        with self.tree.unharmed(node):
+        with self.tree.restored(node):
             is_round = _is_round(self.unit_map(node))
         if not is_round:
             self.affine(node, "cylinder", self.unit_map(node), surfaces.cylinder)
@@ -222,7 +222,7 @@ class StandIns:
             inner, group = tree.copy(node), tree.add(node, "Shape", "shapegroup")
             tree.props(inner).set_plugin_name(unit)
             tree.refer(group, "shape", inner)
-            # Mitsuba wants the group in the scene itself, too.
+            # Mitsuba needs the group as a child of the scene, too.
             tree.refer(0, f"group_{group}", group)
             tree.state.nodes[node].props = tree.mi.Properties("instance")
             tree.refer(node, "group", group)
@@ -240,10 +240,10 @@ class StandIns:
         else:
             self.world_mesh(node, surfaces.quadric(shape, low, high), matrix)
 
-    # --- parameters, which are removed ---
+    # --- parameters: each is removed from its node ---
 
     def unit_map(self, node: int) -> Array:
-        """The affine map from the unit shape to a sphere, ellipsoid, cylinder, cube or plane."""
+        """The affine map of the unit shape onto a sphere, ellipsoid, cylinder, cube or plane."""
         tree, plugin, local = self.tree, self.tree.plugin(node), np.eye(4)
         if plugin in ("sphere", "ellipsoid"):
             local[:3, 3] = tree.take_vector(node, "center", np.zeros(3))
@@ -260,7 +260,7 @@ class StandIns:
         return tree.take_matrix(node) @ local
 
     def parameters(self, node: int) -> list[Any]:
-        """Those of a cone, paraboloid or hyperboloid, as the functions in surfaces and solids take them."""
+        """The parameters of a cone, paraboloid or hyperboloid, in the order of the functions in surfaces and solids."""
         tree, plugin = self.tree, self.tree.plugin(node)
         found = [tree.take(node, "radius", 1.0), tree.take(node, "axis" if plugin == "hyperboloid" else "height", 1.0)]
         if min(found) <= 0.0:
@@ -285,11 +285,11 @@ class StandIns:
     # --- csg ---
 
     def csg(self, node: int) -> None:
-        """Replace a csg at the root of the scene by the surfaces of its operands, masked."""
+        """Replace a csg that is a child of the scene by the masked surfaces of its operands."""
         root = self.tree.props(0)
         names = [name for name, child in self.tree.children(0, "Shape") if child == node]
         if not names:
-            raise self.tree.error(node, "must stand directly in the scene or in a csg")
+            raise self.tree.error(node, "must be a child of the scene or of a csg")
         del root[names[0]]
         parts: list[_Part] = []
         solid = self.operation(node, np.eye(4), None, False, parts)
@@ -302,26 +302,26 @@ class StandIns:
         matrix = outer @ tree.take_matrix(node)
         name, flipped = tree.take(node, "operation", ""), flipped ^ tree.take(node, "flip_normals", False)
         if name not in ("union", "intersection", "difference"):
-            raise tree.error(node, f"no operation is called {name!r}; known: union, intersection, difference")
+            raise tree.error(node, f"unknown operation {name!r}; known: union, intersection, difference")
         for _, own in tree.children(node, "BSDF"):
             bsdf = own
-        operands: list[Leaf | Operation] = []
+        operands: list[Primitive | Operation] = []
         children = tree.children(node, "Shape")
         if not children or len(list(tree.props(node))) != len(children) + len(tree.children(node, "BSDF")):
-            raise tree.error(node, "holds shapes, an operation, to_world, flip_normals and a bsdf")
+            raise tree.error(node, "may contain only shapes, an operation, to_world, flip_normals and a bsdf")
         for k, (_, child) in enumerate(children):
             subtracted = flipped ^ (name == "difference" and k > 0)
             if tree.plugin(child) == "csg":
                 operands.append(self.operation(child, matrix, bsdf, subtracted, parts))
             else:
-                operands.append(self.leaf(child, matrix, bsdf, subtracted, parts))
+                operands.append(self.primitive(child, matrix, bsdf, subtracted, parts))
         return Operation(name, operands)
 
-    def leaf(self, node: int, outer: Array, bsdf: int | None, flipped: bool, parts: list["_Part"]) -> Leaf:
-        """The solid of an operand, whose surfaces are added to `parts`: its own, and the caps that close it."""
+    def primitive(self, node: int, outer: Array, bsdf: int | None, flipped: bool, parts: list["_Part"]) -> Primitive:
+        """The solid of an operand. Its surfaces are added to `parts`: its own surface, and the caps that close it."""
         tree, mantle = self.tree, self.tree.copy(node)
         if tree.children(node, "Emitter"):
-            raise tree.error(node, "an operand that shines has no stand-in")
+            raise tree.error(node, "no stand-in for an operand with an emitter")
         for _, own in tree.children(node, "BSDF"):
             bsdf = own
         if bsdf is None:
@@ -329,28 +329,31 @@ class StandIns:
         for name, _ in tree.children(mantle, "BSDF"):
             del tree.props(mantle)[name]
         tree.set_matrix(mantle, outer @ tree.take_matrix(mantle))
-        with tree.unharmed(mantle):
+        with tree.restored(mantle):
             test, matrix, caps, box = self.solid(mantle)
         with tree.faults_at(node):
-            leaf = Leaf(test, np.linalg.inv(matrix))
+            primitive = Primitive(test, np.linalg.inv(matrix))
         flipped ^= tree.take(mantle, "flip_normals", False)
-        parts.append(_Part(leaf, mantle, bsdf, flipped, None))
+        parts.append(_Part(primitive, mantle, bsdf, flipped, None))
         for z, radius, up in caps:
             disk = tree.add(node, "Shape", "disk")
             local = np.diag([radius, radius if up else -radius, 1.0 if up else -1.0, 1.0])
             local[2, 3] = z
             tree.set_matrix(disk, matrix @ local)
-            parts.append(_Part(leaf, disk, bsdf, flipped, None))
+            parts.append(_Part(primitive, disk, bsdf, flipped, None))
         if box is not None:
             shape, low, high = box
             cube, local = tree.add(node, "Shape", "cube"), np.diag([*(high - low) / 2.0, 1.0])
             local[:3, 3] = (high + low) / 2.0
             tree.set_matrix(cube, matrix @ local)
-            parts.append(_Part(leaf, cube, bsdf, flipped, solids.in_quadric(shape)))
-        return leaf
+            parts.append(_Part(primitive, cube, bsdf, flipped, solids.in_quadric(shape)))
+        return primitive
 
     def solid(self, node: int) -> tuple[Test, Array, list[tuple[float, float, bool]], tuple[Quadric, Array, Array] | None]:
-        """Test and frame of an operand; its caps as (z, radius, whether +z is outside); or the box that closes a quadric."""
+        """The membership test and the frame of an operand, and what closes it.
+
+        Caps are (z, radius, whether +z is outside). A quadric has a box instead, with its two corners.
+        """
         tree, plugin = self.tree, self.tree.plugin(node)
         simple = {
             "sphere": solids.in_sphere,
@@ -367,7 +370,7 @@ class StandIns:
             inside, boxed = solids.in_quadric(shape), solids.in_box(low, high)
             return lambda x, y, z: inside(x, y, z) & boxed(x, y, z), tree.take_matrix(node), [], (shape, low, high)
         if plugin not in ("cone", "paraboloid", "hyperboloid"):
-            raise tree.error(node, "as an operand of csg it has no stand-in")
+            raise tree.error(node, "no stand-in for it as an operand of csg")
         parameters = self.parameters(node)
         matrix = tree.take_matrix(node)
         if plugin == "cone":
@@ -380,30 +383,33 @@ class StandIns:
         return solids.in_hyperboloid(*parameters), matrix, caps, None
 
     def masked(self, part: "_Part", solid: Operation) -> None:
-        """Put one surface into the scene."""
+        """Add one masked surface to the scene."""
         tree, node = self.tree, part.node
-        kept = solids.kept_texture(tree.mi, solid, part.leaf, part.also)
+        kept = solids.kept_texture(tree.mi, solid, part.primitive, part.also)
         mask = tree.add(node, "BSDF", "mask")
         tree.props(mask)["opacity"] = kept
         tree.refer(mask, "bsdf", part.bsdf)
         tree.refer(node, "bsdf", mask)
         if tree.plugin(part.bsdf) == "normals":
-            self.glow(node, kept)
+            self.add_normals_emitter(node, kept)
         tree.props(node)["flip_normals"] = part.flipped
         self.shape(node)
         tree.refer(0, f"stand_in_{node}", node)
 
-    # --- what is not a shape ---
+    # --- emitters, media and integrators ---
 
-    def glow(self, node: int, kept: Any = None) -> None:
-        """Let a shape shine in the colour of its normals."""
-        emitter = self.tree.add(node, "Emitter", "normals_glow")
+    def add_normals_emitter(self, node: int, kept: Any = None) -> None:
+        """Let a shape emit the colour of its normals."""
+        emitter = self.tree.add(node, "Emitter", "normals_emitter")
         if kept is not None:
             self.tree.props(emitter)["kept"] = kept
-        self.tree.refer(node, "glow", emitter)
+        self.tree.refer(node, "normals_emitter", emitter)
 
     def media(self, solids: set[int]) -> bool:
-        """Put a medium inside each shape whose glass absorbs, except `solids`; returns whether there is any."""
+        """Put a medium inside each shape of absorbing glass; returns whether there is one.
+
+        Raises UserError if one of these shapes is in `solids`, the csgs and their operands.
+        """
         tree, absorbing = self.tree, {}
         for node in tree.every("BSDF", *GLASS):
             absorption = tree.take_vector(node, "absorption", np.zeros(3))
@@ -411,20 +417,20 @@ class StandIns:
                 absorbing[node] = absorption
         for node in tree.every("BSDF"):
             if any(child in absorbing for _, child in tree.children(node, "BSDF")):
-                raise tree.error(node, "glass that absorbs inside another bsdf has no stand-in")
+                raise tree.error(node, "no stand-in for absorbing glass inside another bsdf")
         for node in list(tree.every("Shape")):
             for _, bsdf in tree.children(node, "BSDF"):
                 if bsdf in absorbing and node in solids:
-                    raise tree.error(node, "in a csg, glass that absorbs has no stand-in")
+                    raise tree.error(node, "no stand-in for absorbing glass in a csg")
                 if bsdf in absorbing:
                     self.fill(node, absorbing[bsdf])
         return bool(absorbing)
 
     def fill(self, node: int, absorption: Array) -> None:
-        """Put a medium inside a shape."""
+        """Put an absorbing medium inside a shape."""
         tree = self.tree
         medium, greatest = tree.add(node, "Medium", "homogeneous"), float(absorption.max())
-        # Mitsuba takes no colour above 1.
+        # Mitsuba accepts no colour above 1.
         tree.props(medium)["sigma_t"] = tree.mi.ScalarColor3f(absorption / greatest)
         tree.props(medium)["scale"] = greatest
         tree.props(medium)["albedo"] = 0.0
@@ -432,17 +438,17 @@ class StandIns:
         self.note("absorption", "homogeneous medium that does not scatter")
 
     def open_meshes(self) -> None:
-        """Drop the leave to be open, which Mitsuba does not ask for."""
+        """Remove allow_open, which Mitsuba does not need."""
         for node in self.tree.every("Shape"):
             if self.tree.take(node, "allow_open", None) is not None:
                 self.note("allow_open", "nothing")
 
     def photon_mappers(self, stand_in: str) -> None:
-        """Replace each photon mapper by an integrator without photon maps, of the same depths."""
+        """Replace each photon mapper by an integrator without photon maps and with the same path limits."""
         tree = self.tree
         for node in tree.every("Integrator", "photonmapper"):
             if stand_in not in FOR_PHOTONS:
-                raise tree.error(node, f"{stand_in!r} cannot stand in for it; {' and '.join(FOR_PHOTONS)} can")
+                raise tree.error(node, f"unknown stand-in {stand_in!r}; known: {', '.join(FOR_PHOTONS)}")
             props = tree.props(node)
             for name in [name for name in props if name not in INTEGRATOR_PARAMETERS]:
                 del props[name]
@@ -450,18 +456,18 @@ class StandIns:
             self.note("photonmapper", FOR_PHOTONS[stand_in])
 
     def integrators(self, masks: bool, normals: bool, media: bool) -> None:
-        """Replace an integrator that does not see masks or media, and refuse those that cannot show the scene."""
+        """Replace an integrator that does not support masks or media, and refuse one that cannot render the scene."""
         tree = self.tree
         for node in list(tree.every("Integrator")):
             plugin, props = tree.plugin(node), tree.props(node)
             if normals and props.get("hide_emitters", False):
-                raise tree.error(node, "hide_emitters hides what has the bsdf normals in Mitsuba")
+                raise tree.error(node, "in Mitsuba, hide_emitters also hides the stand-in for the bsdf normals")
             if normals and plugin == "ptracer":
-                raise tree.error(node, "traces no light from what stands in for the bsdf normals")
+                raise tree.error(node, "does not trace light from the stand-in for the bsdf normals")
             if not (masks or media) or plugin in ("volpath", "volpathmis", "moment"):
                 continue
             if plugin not in ("path", "direct"):
-                raise tree.error(node, "does not see the masks and media of stand-ins; path, direct and moment do")
+                raise tree.error(node, "does not support the masks and media of stand-ins; path, direct and moment do")
             if plugin == "direct":
                 for name in ("shading_samples", "emitter_samples", "bsdf_samples"):
                     tree.take(node, name, None)
@@ -473,9 +479,9 @@ class StandIns:
 
 @dataclass(frozen=True)
 class _Part:
-    """A surface of an operand: the node of its shape, its bsdf, whether its normals are flipped, and where else it is cut."""
+    """A surface of an operand: its shape, its bsdf, whether its normals are flipped, and a further test that cuts it."""
 
-    leaf: Leaf
+    primitive: Primitive
     node: int
     bsdf: int
     flipped: bool
@@ -483,10 +489,10 @@ class _Part:
 
 
 def put_in(mi: ModuleType, state: Any, beside: Path, folder: Path, for_photons: str = "path") -> list[str]:
-    """Replace what Mitsuba lacks in a parsed, upgraded and resolved scene; returns what was replaced by what.
+    """Insert stand-ins into a parsed, upgraded and resolved scene; returns a description of each.
 
-    `beside` is the folder of the scene, `folder` takes meshes that Mitsuba reads when it instantiates the scene;
-    `for_photons` stands in for `photonmapper`.
+    `beside` is the folder of the scene. `folder` receives meshes, which Mitsuba reads when it instantiates the scene.
+    `for_photons` is the stand-in for `photonmapper`.
     """
     tree = Tree(mi, state)
     stand_ins = StandIns(tree, beside, folder)
@@ -495,7 +501,7 @@ def put_in(mi: ModuleType, state: Any, beside: Path, folder: Path, for_photons: 
     normals = list(tree.every("BSDF", "normals"))
     for node in tree.every("BSDF"):
         if any(child in normals for _, child in tree.children(node, "BSDF")):
-            raise tree.error(node, "the bsdf normals inside another has no stand-in")
+            raise tree.error(node, "no stand-in for the bsdf normals inside another bsdf")
     nested = {child for node in tree.every("Shape", "csg") for _, child in tree.children(node, "Shape")}
     csgs = list(tree.every("Shape", "csg"))
     media = stand_ins.media(nested.union(csgs))
@@ -503,7 +509,7 @@ def put_in(mi: ModuleType, state: Any, beside: Path, folder: Path, for_photons: 
     others = [node for node in tree.every("Shape") if node not in nested and node not in csgs]
     for node in others:
         if any(child in normals for _, child in tree.children(node, "BSDF")):
-            stand_ins.glow(node)
+            stand_ins.add_normals_emitter(node)
         stand_ins.shape(node)
     for node in csgs:
         if node not in nested:
@@ -518,13 +524,13 @@ def put_in(mi: ModuleType, state: Any, beside: Path, folder: Path, for_photons: 
 
 
 def _is_similarity(matrix: Array) -> bool:
-    """Whether an affine map keeps angles; it may mirror."""
+    """Whether an affine map preserves angles, with or without a reflection."""
     square = matrix[:3, :3].T @ matrix[:3, :3]
     return bool(np.allclose(square, square[0, 0] * np.eye(3), rtol=0.0, atol=1e-5 * square[0, 0]))
 
 
 def _is_round(matrix: Array) -> bool:
-    """Whether an affine map makes a circular cylinder of the unit cylinder."""
+    """Whether an affine map turns the unit cylinder into a circular cylinder."""
     square = matrix[:3, :3].T @ matrix[:3, :3]
     lengths = np.sqrt(np.diag(square))
     cosines = square / np.outer(lengths, lengths)

@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""Make the runs of a study on many workers with Dask, and evaluate it.
+"""Render the runs of a study on many workers with Dask, and evaluate the study.
 
-By default the workers are processes of this machine; `--scheduler` uses those of a running Dask scheduler, `--jobqueue` starts
-them as jobs of a batch system. Workers and this command share a file system, in which the study, its scenes, the program and the
-results have the same absolute names. `--shards N` splits each run into N tasks whose merged image is that of a single run, bit
-for bit.
+By default the workers are processes of this machine. `--scheduler` uses the workers of a running Dask scheduler; `--jobqueue`
+starts workers as jobs of a batch system. The workers and this command share a file system, in which the study, its scenes, the
+program and the results have the same absolute paths. `--shards N` splits each run into N tasks; their merged image equals that
+of a single run, bit for bit.
 
-A worker that dies loses no more than the time since the last checkpoint of its part, and changes nothing. Interrupted, the same
-command goes on where it was. See CLUSTER.md.
+When a worker dies, only the time since the last checkpoint of its part is lost, and the image is the same. An interrupted study
+continues when the same command is run again. See CLUSTER.md.
 
-Exit codes: 0 all is well; 1 what the study predicts does not hold; 2 bad input, or runs failed; 130 interrupted.
+Exit codes: 0 all is well; 1 a prediction of the study does not hold; 2 bad input, or runs failed; 130 interrupted.
 """
 
 import argparse
@@ -40,48 +40,50 @@ except ModuleNotFoundError as error:
 
 SCRIPTS = str(Path(__file__).resolve().parent)
 
-# How each batch system takes jobs, and what starts workers as such.
+# By batch system: the program that submits a job, and the class of dask_jobqueue that starts workers as jobs.
 QUEUES = {"slurm": ("sbatch", "SLURMCluster"), "pbs": ("qsub", "PBSCluster"), "lsf": ("bsub", "LSFCluster")}
 
 
 def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("study", type=Path, metavar="STUDY.toml", help="a study file")
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="for the results (default: reports/studies/ and its stem)")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="folder of the results (default: that of etendue study)")
     parser.add_argument("--only", default="*", metavar="GLOB", help="only cells whose names match (default: all)")
-    parser.add_argument("--shards", type=positive, default=1, metavar="N", help="tasks that a run is split into (default: 1)")
-    parser.add_argument("--threads", type=positive, metavar="N", help="threads of a task (default: what a worker has)")
-    parser.add_argument("--every", default="30s", metavar="TIME", help="between checkpoints (default: %(default)s)")
-    parser.add_argument("--retries", type=positive, default=10, metavar="N", help="of a part, if workers die (default: 10)")
-    parser.add_argument("--no-evaluate", action="store_true", help="only make the runs")
-    where = parser.add_argument_group("where").add_mutually_exclusive_group()
-    where.add_argument("--workers", type=positive, metavar="N", help="processes of this machine (default: one per core)")
-    where.add_argument("--scheduler", metavar="ADDRESS", help="a running scheduler, such as tcp://host:8786")
+    parser.add_argument("--shards", type=positive, default=1, metavar="N", help="number of tasks per run (default: 1)")
+    parser.add_argument("--threads", type=positive, metavar="N", help="threads of each task (default: those of its worker)")
+    parser.add_argument(
+        "--checkpoint-every", "--every", default="30s", metavar="TIME", help="time between checkpoints (default: %(default)s)"
+    )
+    parser.add_argument("--retries", type=positive, default=10, metavar="N", help="retries if workers die (default: 10)")
+    parser.add_argument("--no-evaluate", action="store_true", help="render the runs, and do not evaluate the study")
+    where = parser.add_argument_group("workers").add_mutually_exclusive_group()
+    where.add_argument("--workers", type=positive, metavar="N", help="worker processes of this machine (default: one per core)")
+    where.add_argument("--scheduler", metavar="ADDRESS", help="use a running scheduler, such as tcp://host:8786")
     where.add_argument("--jobqueue", choices=sorted(QUEUES), help="start workers as jobs of this batch system")
     jobs = parser.add_argument_group("jobs of --jobqueue, one worker each")
-    jobs.add_argument("--jobs", type=positive, default=4, metavar="N", help="how many (default: %(default)s)")
-    jobs.add_argument("--cores", type=positive, default=1, metavar="N", help="of a job (default: %(default)s)")
-    jobs.add_argument("--memory", default="4GB", help="of a job (default: %(default)s)")
-    jobs.add_argument("--walltime", help="of a job, as the batch system writes it, such as 02:00:00; a job that ends is replaced")
+    jobs.add_argument("--jobs", type=positive, default=4, metavar="N", help="number of jobs (default: %(default)s)")
+    jobs.add_argument("--cores", type=positive, default=1, metavar="N", help="cores of a job (default: %(default)s)")
+    jobs.add_argument("--memory", default="4GB", help="memory of a job (default: %(default)s)")
+    jobs.add_argument("--walltime", help="time limit of a job in the format of the batch system; a job that ends is replaced")
     jobs.add_argument("--queue", help="queue or partition")
     jobs.add_argument("--account", help="account or project")
-    jobs.add_argument("--directive", action="append", default=[], metavar="TEXT", help="such as --exclusive; repeatable")
-    jobs.add_argument("--prologue", action="append", default=[], metavar="LINE", help="run first in a job; repeatable")
+    jobs.add_argument("--directive", action="append", default=[], metavar="TEXT", help="a line for the head of a job")
+    jobs.add_argument("--prologue", action="append", default=[], metavar="LINE", help="a command for the start of a job")
     return parser.parse_args()
 
 
 def positive(text: str) -> int:
     if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a positive integer")
     return int(text)
 
 
-# --- where -------------------------------------------------------------------------------------------------------------
+# --- workers -----------------------------------------------------------------------------------------------------------
 
 
 def connect(arguments: argparse.Namespace) -> tuple[distributed.Client, Any]:
-    """The client, and the cluster that must be closed after it if it is ours."""
-    # Workers that die are the normal case here: a part is given up only after as many deaths as a fault of its own may cost.
+    """The client, and the cluster to close after it; None instead of the cluster if this command did not start it."""
+    # Jobs end at their time limit, so the death of a worker is not a fault of its part: it counts as one of the retries.
     dask.config.set({"distributed.scheduler.allowed-failures": arguments.retries})
     for noisy in ("distributed", "distributed.client", "tornado.application"):
         logging.getLogger(noisy).setLevel(logging.CRITICAL)
@@ -101,9 +103,9 @@ def local_cluster(arguments: argparse.Namespace) -> distributed.LocalCluster:
     options = {
         "n_workers": workers(arguments),
         "threads_per_worker": 1,
-        # What takes memory is a process beside the worker, which Dask does not see.
+        # The memory is used by a child process of the worker, which Dask does not measure.
         "memory_limit": 0,
-        # A terminal interrupts all of its processes; workers are told by this one.
+        # A terminal sends SIGINT to all of its processes. Workers ignore it; this process ends them.
         "preload": ["import signal\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\n"],
         "dashboard_address": None,
         "silence_logs": logging.CRITICAL,
@@ -124,7 +126,7 @@ def batch_cluster(arguments: argparse.Namespace) -> Any:
 
     program, kind = QUEUES[arguments.jobqueue]
     if shutil.which(program) is None:
-        raise UserError(f"{arguments.jobqueue}: there is no {program} here; run this where jobs are submitted")
+        raise UserError(f"{arguments.jobqueue}: {program} was not found; run this script where jobs are submitted")
     options = {
         "queue": arguments.queue,
         "account": arguments.account,
@@ -134,26 +136,26 @@ def batch_cluster(arguments: argparse.Namespace) -> Any:
         "walltime": arguments.walltime,
         "job_extra_directives": arguments.directive,
         "job_script_prologue": arguments.prologue,
-        # One part at a time, which has all threads of the job; the last --nthreads counts.
+        # Each worker renders one part at a time with all threads of its job. The last --nthreads takes effect.
         "worker_extra_args": ["--nthreads", "1", "--memory-limit", "0"],
     }
     if arguments.jobqueue == "lsf":
         options["project"] = options.pop("account")
     submitted: queue.Queue[Exception | None] = queue.Queue()
     base = getattr(dask_jobqueue, kind)
-    cls = type(kind, (base,), {"job_cls": telling(base.job_cls, submitted)})
+    cls = type(kind, (base,), {"job_cls": reporting(base.job_cls, submitted)})
     cluster = cls(**{name: value for name, value in options.items() if value is not None})
     # Unlike a fixed number, this replaces jobs that end.
     cluster.adapt(minimum_jobs=arguments.jobs, maximum_jobs=arguments.jobs)
-    # A batch system that refuses the first job would refuse the others, again and again.
+    # If the batch system refuses the first job, it would refuse every replacement too.
     if error := submitted.get():
         cluster.close()
         raise UserError(f"{arguments.jobqueue}: refuses the job: {' '.join(str(error).split())}")
     return cluster
 
 
-def telling(base: type, submitted: queue.Queue[Exception | None]) -> type:
-    """The class of jobs `base`, each of which tells whether it could be submitted."""
+def reporting(base: type, submitted: queue.Queue[Exception | None]) -> type:
+    """A subclass of the job class `base` that puts the error of each submission into a queue, or None if it succeeded."""
 
     class Job(base):
         async def start(self) -> None:
@@ -169,7 +171,7 @@ def telling(base: type, submitted: queue.Queue[Exception | None]) -> type:
 
 
 def threads(arguments: argparse.Namespace) -> int:
-    """Threads of a task: those of a job, a fair share of this machine, or one for each thread of workers that we do not know."""
+    """Threads of a task: those of its job, an equal share of this machine, or 1 for the workers of another scheduler."""
     if arguments.threads or arguments.scheduler:
         return arguments.threads or 1
     return arguments.cores if arguments.jobqueue else max(1, cores() // workers(arguments))
@@ -179,17 +181,20 @@ def threads(arguments: argparse.Namespace) -> int:
 
 
 def missing_runs(study: Path, out: Path | None, only: str) -> list[dict[str, Any]]:
-    """The runs to make; names those that are left to convergence.py."""
+    """The missing runs of etendue; prints the number of missing runs of Mitsuba."""
     runs = [run for run in etendue.plan(study, out=out) if fnmatch(run["cell"], only)]
     left = sum(run["renderer"] == "mitsuba" for run in runs)
     if left:
-        print(f"{left} runs of Mitsuba are missing: scripts/convergence.py makes them", flush=True)
-    # The greatest budgets first, so that nobody waits for one in the end.
+        print(f"{left} runs of Mitsuba are missing; scripts/convergence.py renders them", flush=True)
+    # The largest runs start first, so that no worker is left with one at the end.
     return sorted((run for run in runs if run["renderer"] != "mitsuba"), key=lambda run: -float(run["x"]))
 
 
 def make_part(scripts: str, part: dict[str, Any]) -> dict[str, Any]:
-    """What a worker does with a `Part`. As a function of the main program it goes by value to where our modules are unknown."""
+    """Render one `Part` on a worker.
+
+    Dask sends functions of the main program by value, so this one can import our modules from `scripts` on the worker.
+    """
     if scripts not in sys.path:
         sys.path.insert(0, scripts)
     import study_parts
@@ -198,13 +203,13 @@ def make_part(scripts: str, part: dict[str, Any]) -> dict[str, Any]:
 
 
 def make_runs(client: distributed.Client, runs: Sequence[Sequence[Part]], retries: int) -> list[str]:
-    """Make all parts, and each run as soon as its parts are there; returns what went wrong, a line each.
+    """Render all parts, and merge each run as soon as its parts are complete; returns the faults, one line each.
 
-    A run of which a part is refused is made whole: there are integrators whose samples cannot be taken apart.
+    If a part is refused, its run is rendered whole: the samples of some integrators depend on those before.
     """
 
     def submit(part: Part) -> distributed.Future:
-        # Equal keys are equal work. The word that all begin with makes them one group, which is handed out one by one.
+        # Equal keys are equal work. Keys that begin with the same word form one group, whose tasks Dask assigns one by one.
         key = ("part", part.name, part.folder)
         return client.submit(make_part, SCRIPTS, asdict(part), key=key, retries=retries, pure=False)
 
@@ -234,10 +239,10 @@ def make_runs(client: distributed.Client, runs: Sequence[Sequence[Part]], retrie
 
 
 def fault(future: distributed.Future, found: Any) -> str:
-    """Why a future has no result, in one line."""
+    """The reason why a future has no result, in one line."""
     error = found[1] if isinstance(found, tuple) else found
     if isinstance(error, distributed.scheduler.KilledWorker):
-        return f"given up after {error.allowed_failures + 1} workers died at it"
+        return f"given up: {error.allowed_failures + 1} workers died while they rendered it"
     if isinstance(error, CancelledError):
         return "lost with the connection to the scheduler; the same command goes on"
     return " ".join(str(error).split()) or future.status
@@ -247,7 +252,7 @@ def work(arguments: argparse.Namespace) -> int:
     runs = missing_runs(arguments.study, arguments.out, arguments.only)
     faults: list[str] = []
     if runs:
-        options = (etendue.binary(), arguments.shards, threads(arguments), arguments.every)
+        options = (etendue.binary(), arguments.shards, threads(arguments), arguments.checkpoint_every)
         parts = [study_parts.split(run, *options) for run in runs]
         client, cluster = connect(arguments)
         try:
@@ -268,7 +273,7 @@ def work(arguments: argparse.Namespace) -> int:
 
 def main() -> int:
     arguments = parse_arguments()
-    # Batch systems end jobs by SIGTERM.
+    # Batch systems end a job by SIGTERM.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         return work(arguments)

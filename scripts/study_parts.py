@@ -1,8 +1,8 @@
-"""The parts that a run of a study is split into, and what a worker does with one.
+"""The parts of a run of a study, and how a worker renders one.
 
-A part that is under way has a checkpoint, `2-of-4.partial`, which etendue writes whole every few seconds; a part that is
-finished has its exact sums in `2-of-4.sums`. Nothing else counts, so a worker may die at any moment, and two may do the same part
-at once: a checkpoint is a pure function of the samples that it holds.
+An unfinished part has a checkpoint, `2-of-4.partial`, which etendue replaces periodically. A finished part has its exact sums in
+`2-of-4.sums`. No other file matters, so a worker may die at any time. Two workers may even render the same part at once, because
+a checkpoint is a pure function of the samples that it holds.
 """
 
 import hashlib
@@ -24,10 +24,10 @@ from user_error import UserError
 
 @dataclass(frozen=True)
 class Part:
-    """The `index`-th of `count` equal parts of the samples of one run; the only one of a run that is not split.
+    """The `index`-th of `count` equal parts of the samples of one run; if the run is not split, the whole run.
 
-    `arguments` are the words after `program` that make the whole run but for `-o`, `output` its image, `folder` where parts of
-    this run are kept, `start` the folder that relative names begin at; `threads` and `every` are options of `etendue render`.
+    `arguments` are the words after `program` that render the whole run, except `-o`. `output` is the image of the run, `folder`
+    holds its parts, and relative paths start from `start`. `threads` and `checkpoint_every` are options of `etendue render`.
     """
 
     run: str
@@ -39,11 +39,11 @@ class Part:
     index: int
     count: int
     threads: int
-    every: str
+    checkpoint_every: str
 
     @property
     def name(self) -> str:
-        """What Dask and the user know it by."""
+        """The name of the part in Dask and in messages."""
         return f"{self.run} {self.index}/{self.count}"
 
     @property
@@ -55,7 +55,7 @@ class Part:
         return self.sums.with_suffix(".partial")
 
     def whole(self) -> "Part":
-        """The run, not split."""
+        """The whole run as one part."""
         return replace(self, index=1, count=1)
 
     def is_done(self) -> bool:
@@ -64,7 +64,10 @@ class Part:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a part: `state` is made, continued (from a checkpoint), kept (it was there) or refused, with a `reason`."""
+    """The result of one part.
+
+    `state` is "made", "continued" (from a checkpoint), "kept" (it was complete already), or "refused", with a `reason`.
+    """
 
     part: Part
     state: str
@@ -73,10 +76,11 @@ class Outcome:
     reason: str = ""
 
 
-def split(run: dict[str, Any], program: Path, shards: int, threads: int, every: str) -> list[Part]:
-    """The parts of one run of the plan: `shards`, but no more than it has samples.
+def split(run: dict[str, Any], program: Path, shards: int, threads: int, checkpoint_every: str) -> list[Part]:
+    """Split one run of the plan into `shards` parts, or fewer if it has fewer samples.
 
-    Their folder is named after all that the run is made of: what another scene or program left behind is never taken up.
+    The name of their folder contains a hash of the program, the arguments and the scene, so the parts of another program or scene
+    are never used.
     """
     arguments, start = tuple(run["arguments"]), Path.cwd()
     output = start / run["output"]
@@ -87,11 +91,11 @@ def split(run: dict[str, Any], program: Path, shards: int, threads: int, every: 
     folder = output.parents[2] / "parts" / output.parent.name / f"{output.stem}-{digest}"
     count = min(shards, samples_of(arguments) or shards)
     common = (name, arguments, str(output), str(program), str(folder), str(start))
-    return [Part(*common, index, count, threads, every) for index in range(1, count + 1)]
+    return [Part(*common, index, count, threads, checkpoint_every) for index in range(1, count + 1)]
 
 
 def samples_of(arguments: Sequence[str]) -> int | None:
-    """The samples per pixel that a render is asked for; None if it is left to the scene."""
+    """The samples per pixel in the arguments of a render; None if they do not contain it."""
     given = [value for option, value in pairwise(arguments) if option in ("--spp", "--passes")]
     return int(given[-1]) if given else None
 
@@ -104,7 +108,7 @@ def hash_of(file: Path) -> str:
 
 
 def hash_of_scene(scene: Path, arguments: Sequence[str]) -> str:
-    """The hash of all files of a scene with the parameters that are set in `arguments`."""
+    """The hash of all files of a scene, given the parameters in `arguments`."""
     import mitsuba_reference as ref
 
     given = [value for option, value in pairwise(arguments) if option == "-D"]
@@ -115,10 +119,10 @@ def hash_of_scene(scene: Path, arguments: Sequence[str]) -> str:
 
 
 def make(part: Part) -> Outcome:
-    """Make one part, from its checkpoint if it has one.
+    """Render one part, from its checkpoint if there is one.
 
-    What the program refuses (exit code 2) would be refused again, and is returned; whatever else goes wrong is raised, so that
-    the part is tried again.
+    If the program refuses the part (exit code 2), it would refuse it again: the outcome says so. Every other fault is raised, so
+    that Dask retries the part.
     """
     begun, worker = time.perf_counter(), f"{socket.gethostname()}:{os.getpid()}"
     if part.is_done():
@@ -137,16 +141,16 @@ def make(part: Part) -> Outcome:
 
 
 def command(part: Part, state: str) -> list[str]:
-    """The call of `etendue render` that makes a part; a run that is not split is written as an image at once."""
-    keep = ["--resume" if state == "continued" else "--checkpoint", str(part.partial), "--every", part.every]
+    """The call of `etendue render` that renders a part; the image of a run that is not split is written directly."""
+    keep = ["--resume" if state == "continued" else "--checkpoint", str(part.partial), "--every", part.checkpoint_every]
     what = ["--shard", f"{part.index}/{part.count}"] if part.count > 1 else ["-o", part.output]
     return [part.program, *part.arguments, *what, *keep, "--threads", str(part.threads)]
 
 
 def bound_to_us() -> list[str]:
-    """Words before a command that end it when this process dies; it then writes its checkpoint. None where there is no setpriv.
+    """Words before a command that send it SIGTERM when this process dies, so that it writes its checkpoint and ends.
 
-    Without it, the program of a killed worker renders on, which costs time and changes nothing.
+    Empty if this machine has no setpriv: then the program of a killed worker renders to its end, which only costs time.
     """
     program = shutil.which("setpriv") if sys.platform == "linux" else None
     if program is None or "--pdeathsig" not in subprocess.run([program, "--help"], capture_output=True, text=True).stdout:
@@ -158,7 +162,7 @@ def bound_to_us() -> list[str]:
 
 
 def finish(parts: Sequence[Part]) -> None:
-    """Merge the parts of a run into its image, bit for bit that of a single run, and remove them and what earlier ones left."""
+    """Merge the parts of a run into its image, then remove them and all older parts of the run."""
     if len(parts) > 1:
         shards = [str(part.sums) for part in parts]
         etendue.run_command([parts[0].program, "merge", *shards, "-o", parts[0].output], cwd=parts[0].start)

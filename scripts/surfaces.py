@@ -1,4 +1,4 @@
-"""Meshes of curved surfaces, with their vertices on the surface and its exact normals there; and the PLY files of meshes."""
+"""Meshes of curved surfaces, whose vertices lie on the surface and have its exact normals; and PLY files of meshes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,10 +11,10 @@ from user_error import UserError
 
 Array = NDArray[np.float64]
 
-# Some 400k triangles: the chords of a cone or paraboloid of radius 1 stay within 5e-6 of it.
+# About 400k triangles: the distance between the mesh and a cone or paraboloid of radius 1 is at most 5e-6.
 COLUMNS = 1024
 ROWS = 192
-# Cells along each axis of the box of a quadric, before each triangle is split in four.
+# The number of cells along each axis of the box of a quadric, before each triangle is split in four.
 CELLS = 80
 
 PLANE_HALF_SIZE = 1000.0
@@ -22,7 +22,7 @@ PLANE_HALF_SIZE = 1000.0
 
 @dataclass(frozen=True)
 class Surface:
-    """A triangle mesh: positions (N, 3), faces (M, 3), and per vertex normals (N, 3) and uvs (N, 2), or none."""
+    """A triangle mesh: positions (N, 3), faces (M, 3), and optional normals (N, 3) and uvs (N, 2) of the vertices."""
 
     positions: Array
     faces: NDArray[np.int64]
@@ -30,7 +30,10 @@ class Surface:
     uvs: Array | None = None
 
     def transformed(self, matrix: Array) -> "Surface":
-        """Under an affine map; a normal stays on its side of the surface, and the faces stay counter-clockwise around it."""
+        """The image under an affine map.
+
+        Normals stay on their side of the surface, and faces stay counter-clockwise around them.
+        """
         positions = self.positions @ matrix[:3, :3].T + matrix[:3, 3]
         faces = self.faces[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0.0 else self.faces
         normals = None if self.normals is None else _unit(self.normals @ np.linalg.inv(matrix[:3, :3]))
@@ -38,7 +41,7 @@ class Surface:
 
 
 def write_ply(path: Path, surface: Surface) -> None:
-    """Write a binary PLY file of single precision."""
+    """Write a binary PLY file in single precision."""
     parts = [surface.positions, surface.normals, surface.uvs]
     columns = np.hstack([part for part in parts if part is not None]).astype("<f4")
     names = ["x", "y", "z"] + ["nx", "ny", "nz"] * (surface.normals is not None) + ["u", "v"] * (surface.uvs is not None)
@@ -71,14 +74,14 @@ def read_kcply(path: Path, index_base: str) -> Surface:
 
 
 def triangle(corners: Array, normals: Array | None) -> Surface:
-    """One triangle with `corners` (3, 3)."""
+    """One triangle with `corners` (3, 3) and optional normals (3, 3)."""
     return Surface(corners, np.array([[0, 1, 2]]), normals)
 
 
 def plane() -> Surface:
     """The square |x|, |y| <= PLANE_HALF_SIZE of the plane z = 0 with uv = (x, y).
 
-    Nested squares, so that the uv is as precise near the origin as single precision allows.
+    It consists of nested squares, so that uv near the origin has the full accuracy of single precision.
     """
     corners = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     sizes = [PLANE_HALF_SIZE / 10**k for k in range(4)]
@@ -99,12 +102,12 @@ def plane() -> Surface:
 def revolved(radius: Array, z: Array, radial: Array, axial: Array, v: Array) -> Surface:
     """Revolve a profile of ascending z around the z axis; uv = (azimuth / 2 pi, v), normal = (radial, axial).
 
-    On the axis, each column of triangles has a vertex of its own, with the normal of the column's middle.
+    On the axis, each column of triangles has its own vertex, whose normal is that of the middle of the column.
     """
     on_axis = radius == 0.0
     turns = (np.arange(COLUMNS + 1) + np.where(on_axis, 0.5, 0.0)[:, None]) / COLUMNS
     cosine, sine = np.cos(2.0 * np.pi * turns), np.sin(2.0 * np.pi * turns)
-    # The seam closes exactly.
+    # The first and the last column coincide exactly.
     cosine[~on_axis, -1], sine[~on_axis, -1] = 1.0, 0.0
     positions = np.stack([radius[:, None] * cosine, radius[:, None] * sine, np.broadcast_to(z[:, None], turns.shape)], axis=-1)
     normals = np.stack([radial[:, None] * cosine, radial[:, None] * sine, np.broadcast_to(axial[:, None], turns.shape)], axis=-1)
@@ -118,7 +121,7 @@ def revolved(radius: Array, z: Array, radial: Array, axial: Array, v: Array) -> 
 
 
 def sphere() -> Surface:
-    """The unit sphere, with the uv of Mitsuba's."""
+    """The unit sphere with the uv of Mitsuba's sphere."""
     theta = np.pi * (1.0 - np.arange(ROWS * 2 + 1) / (ROWS * 2))
     radius = np.sin(theta)
     radius[[0, -1]] = 0.0
@@ -126,25 +129,25 @@ def sphere() -> Surface:
 
 
 def cylinder() -> Surface:
-    """The mantle of the cylinder of radius 1 around the z axis, 0 <= z <= 1."""
+    """The open cylinder of radius 1 around the z axis, 0 <= z <= 1."""
     z = np.arange(ROWS + 1) / ROWS
     return revolved(np.ones_like(z), z, np.ones_like(z), np.zeros_like(z), z)
 
 
 def cone(radius: float, height: float) -> Surface:
-    """The mantle of a cone with its base in z = 0 and its apex at z = height."""
+    """The open cone with its base in z = 0 and its apex at z = height."""
     v = np.arange(ROWS + 1) / ROWS
     return revolved(radius * (1.0 - v), height * v, np.full_like(v, height), np.full_like(v, radius), v)
 
 
 def paraboloid(radius: float, height: float) -> Surface:
-    """x^2 + y^2 = radius^2 z / height for 0 <= z <= height."""
+    """The surface x^2 + y^2 = radius^2 z / height for 0 <= z <= height."""
     t = np.arange(ROWS + 1) / ROWS
     return revolved(radius * t, height * t * t, 2.0 * height * t, np.full_like(t, -radius), t * t)
 
 
 def hyperboloid(radius: float, axis: float, z_min: float, z_max: float, sheets: int) -> Surface:
-    """(x^2 + y^2)/radius^2 - z^2/axis^2 = 1 (one sheet) or -1 (two sheets) for z_min <= z <= z_max."""
+    """The surface (x^2 + y^2)/radius^2 - z^2/axis^2 = 1 (one sheet) or -1 (two sheets) for z_min <= z <= z_max."""
     if sheets == 1:
         t = np.linspace(np.arcsinh(z_min / axis), np.arcsinh(z_max / axis), ROWS + 1)
         return _hyperbolic(radius, axis, (z_min, z_max), t, 0.0)
@@ -156,7 +159,7 @@ def hyperboloid(radius: float, axis: float, z_min: float, z_max: float, sheets: 
         t = np.linspace(np.arccosh(max(z_min / axis, 1.0)), np.arccosh(z_max / axis), ROWS + 1)
         pieces.append(_hyperbolic(radius, axis, (z_min, z_max), t, 1.0))
     if not pieces:
-        raise ValueError(f"neither of its two sheets reaches into z_min {z_min} to z_max {z_max}")
+        raise ValueError(f"neither of its two sheets lies between z_min {z_min} and z_max {z_max}")
     return joined(pieces)
 
 
@@ -168,7 +171,7 @@ def _hyperbolic(radius: float, axis: float, ends: tuple[float, float], t: Array,
 
 
 def joined(pieces: Sequence[Surface]) -> Surface:
-    """Several meshes with normals and uvs as one."""
+    """Join several meshes with normals and uvs."""
     starts = np.cumsum([0] + [len(piece.positions) for piece in pieces[:-1]])
     return Surface(
         np.vstack([piece.positions for piece in pieces]),
@@ -183,7 +186,7 @@ def joined(pieces: Sequence[Surface]) -> Surface:
 
 @dataclass(frozen=True)
 class Quadric:
-    """p^T M p + g . p + c, from the coefficients A to J of x^2 y^2 z^2 xy xz yz x y z 1."""
+    """The quadric p^T M p + g . p + c = 0, with the coefficients A to J of x^2 y^2 z^2 xy xz yz x y z 1."""
 
     matrix: Array
     linear: Array
@@ -202,7 +205,10 @@ class Quadric:
         return 2.0 * p @ self.matrix + self.linear
 
     def ellipsoid(self) -> Array | None:
-        """The affine map (4, 4) of the unit sphere onto it, its normals along the gradient; None if it is no such ellipsoid."""
+        """The affine map (4, 4) of the unit sphere onto the quadric, with normals along the gradient.
+
+        None if the quadric is not an ellipsoid, or if its gradient points inwards.
+        """
         values, axes = np.linalg.eigh(self.matrix)
         if values[0] <= 1e-9 * np.abs(values).max():
             return None
@@ -224,7 +230,7 @@ def within(ellipsoid: Array, low: Array, high: Array) -> bool:
 def quadric(shape: Quadric, low: Array, high: Array) -> Surface:
     """The part of a quadric in a box, by marching tetrahedra on a grid of the box.
 
-    Vertices are exact roots along the edges of the grid, so the border lies on the faces of the box.
+    Vertices are exact roots along the edges of the grid, so the boundary of the mesh lies on the faces of the box.
     """
     axes = [np.linspace(low[k], high[k], CELLS + 1) for k in range(3)]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -236,7 +242,7 @@ def quadric(shape: Quadric, low: Array, high: Array) -> Surface:
     a, b = grid[edges[:, 0]], grid[edges[:, 1]]
     t = _root(shape, a, b, values[edges[:, 0]], values[edges[:, 1]])[:, None]
     positions = np.where(t == 1.0, b, a + t * (b - a))
-    # Where the surface meets a node of the grid, several edges have their root there.
+    # If the surface passes through a node of the grid, several edges have their root there.
     positions, same = np.unique(positions, axis=0, return_inverse=True)
     faces = _facing(shape, positions, same.reshape(-1)[index].reshape(-1, 3))
     positions, faces = _split(shape, positions, faces, low, high)
@@ -245,7 +251,7 @@ def quadric(shape: Quadric, low: Array, high: Array) -> Surface:
 
 
 def _marched(outside: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Triangles (M, 3, 2) of the marching tetrahedra: each corner is an edge of the grid, as its nodes in ascending order."""
+    """Triangles (M, 3, 2) of the marching tetrahedra. Each corner is an edge of the grid, given by its two nodes in order."""
     size = CELLS + 1
     steps = np.array([size * size, size, 1])
     cube = outside.reshape(size, size, size)
@@ -254,9 +260,9 @@ def _marched(outside: NDArray[np.bool_]) -> NDArray[np.int64]:
     cells = np.argwhere((count > 0) & (count < 8)) @ steps
     triangles = []
     for order in ([0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]):
-        # The six tetrahedra of a cell run from one of its corners to the opposite one, along its edges in each order.
+        # Each of the six tetrahedra of a cell follows its edges from one corner to the opposite one, in one of six orders.
         nodes = cells[:, None] + np.concatenate([[0], np.cumsum(steps[order])])
-        # Inside corners first.
+        # Sort the corners of each tetrahedron: those inside come first.
         rank = np.argsort(outside[nodes], axis=1, kind="stable")
         nodes = np.take_along_axis(nodes, rank, axis=1)
         inside = 4 - outside[nodes].sum(axis=1)
@@ -267,20 +273,20 @@ def _marched(outside: NDArray[np.bool_]) -> NDArray[np.int64]:
 
 
 def _root(shape: Quadric, a: Array, b: Array, at_a: Array, at_b: Array) -> Array:
-    """The t in [0, 1] where the quadric vanishes on a + t (b - a), given values of unlike sign at its ends."""
+    """The t in [0, 1] at which the quadric vanishes on a + t (b - a), given its values of opposite sign at the ends."""
     along = b - a
     square = np.einsum("ni,ij,nj->n", along, shape.matrix, along)
     linear = at_b - at_a - square
     root = np.sqrt(np.maximum(linear * linear - 4.0 * square * at_a, 0.0))
-    # Of the two roots -2c/(b +- sqrt), that which goes from the sign of a to that of b.
+    # Of the two roots -2c/(b +- sqrt), this one changes from the sign at a to the sign at b.
     denominator = linear + np.where(at_b >= 0.0, root, -root)
     t = np.divide(-2.0 * at_a, denominator, out=np.zeros_like(at_a), where=denominator != 0.0)
-    # What meets a node meets it exactly.
+    # Roots within rounding error of a node are moved to the node.
     return np.clip(t.round(12), 0.0, 1.0)
 
 
 def _facing(shape: Quadric, positions: Array, faces: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Without the triangles of no area, the rest counter-clockwise seen from where the gradient points."""
+    """Drop triangles without area, and orient the others counter-clockwise around the gradient."""
     corners = positions[faces]
     facet = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     side = np.einsum("ni,ni->n", facet, shape.gradient(corners.mean(axis=1)))
@@ -291,7 +297,7 @@ def _facing(shape: Quadric, positions: Array, faces: NDArray[np.int64]) -> NDArr
 def _split(
     shape: Quadric, positions: Array, faces: NDArray[np.int64], low: Array, high: Array
 ) -> tuple[Array, NDArray[np.int64]]:
-    """Each triangle in four, the new vertices moved onto the surface, those on a face of the box within it."""
+    """Split each triangle in four and move the new vertices onto the surface; those on a face of the box stay on it."""
     edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2)
     unique, index = np.unique(edges.reshape(-1, 2), axis=0, return_inverse=True)
     a, b = positions[unique[:, 0]], positions[unique[:, 1]]
@@ -303,7 +309,7 @@ def _split(
         square = np.einsum("ni,ni->n", gradient, gradient)
         step = np.divide(shape.value(moved), square, out=np.zeros_like(square), where=square > 0.0)
         moved = np.clip(moved - step[:, None] * gradient, low, high)
-    # Where the gradient vanishes, as at the apex of a cone, the way back is long: stay on the chord.
+    # Where the gradient vanishes, as at the apex of a cone, a vertex may move far: keep it on the chord.
     near = np.linalg.norm(moved - middle, axis=1) <= 0.5 * length
     positions = np.vstack([positions, np.where(near[:, None], moved, middle)])
     ab, bc, ca = (index.reshape(-1, 3) + len(positions) - len(unique)).T

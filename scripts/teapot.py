@@ -1,4 +1,4 @@
-"""The Utah teapot, from Newell's Bezier patches to triangles: z up, the spout towards +x."""
+"""The Utah teapot as triangles, from Newell's Bezier patches. z is up, and the spout points to +x."""
 
 import math
 import sys
@@ -19,13 +19,13 @@ except ModuleNotFoundError as error:
 DATA = Path(__file__).resolve().parent / "data" / "newell-teapot.txt"
 DECIMALS = 5
 
-# The parts whose patches share edges. The handle and the spout end inside the pot; the lid lies loosely in the rim.
+# Groups of parts whose patches share edges. The handle and the spout end inside the pot; the lid does not touch the rim.
 POT, HANDLE, SPOUT, LID = ("rim", "body", "bottom"), ("handle",), ("spout",), ("lid",)
 
-# The lower end of the handle only touches the pot, and a pot of flat facets misses it: the solid handle goes on by this,
-# along the tangents of its patches.
+# The lower end of the handle only touches the smooth pot, so it does not reach a pot of flat facets. The solid handle is extended
+# by this vector, along the tangents of its patches.
 SINK = (0.2, 0.0, -0.09)
-# The union drops vertices whose loss moves its surface by less than this.
+# The union drops vertices if that moves its surface by less than this distance.
 TOLERANCE = 1e-4
 
 
@@ -33,7 +33,7 @@ TOLERANCE = 1e-4
 
 
 def patches() -> list[tuple[str, NDArray[np.float64]]]:
-    """The 32 patches: which part each belongs to, and its 4 x 4 control points, an array of shape (4, 4, 3)."""
+    """The 32 patches: the part of each, and its 4 x 4 control points as an array of shape (4, 4, 3)."""
     points, rows = [], []
     for line in DATA.read_text().splitlines():
         match line.split():
@@ -45,9 +45,10 @@ def patches() -> list[tuple[str, NDArray[np.float64]]]:
 
 
 def evaluate(patch: NDArray[np.float64], u: float, v: float) -> tuple[Vec3, Vec3]:
-    """Point, rounded to `DECIMALS`, and unit normal, outwards; u runs along the rows of control points, v across them.
+    """A point of a patch, rounded to `DECIMALS`, and its outward unit normal.
 
-    Where the edge v = 0 has shrunk to a point, dp/du vanishes like v d2p/dudv, which takes its place.
+    u runs along the rows of control points, v across them. Where the edge v = 0 degenerates to a point, dp/du vanishes like
+    v d2p/dudv, so d2p/dudv is used instead.
     """
     along, across = _bernstein(u), _bernstein(v)
     du = np.einsum("i,j,ijk", across, _slope(u), patch)
@@ -69,7 +70,7 @@ def _slope(t: float) -> NDArray[np.float64]:
 
 
 def _rounded(point: NDArray[np.float64]) -> Vec3:
-    """To `DECIMALS`, and no minus sign on zero."""
+    """Round to `DECIMALS`; zero has no minus sign."""
     x, y, z = (round(float(c), DECIMALS) + 0.0 for c in point)
     return (x, y, z)
 
@@ -84,12 +85,12 @@ def _unit(vector: NDArray[np.float64]) -> Vec3:
 
 
 def open_teapot(quads: int) -> Mesh:
-    """All 32 patches as they are, `quads` x `quads` on each: surfaces that end inside one another, with open edges."""
+    """All 32 patches with `quads` x `quads` quads each: surfaces with open edges that end inside one another."""
     return joined([surface(shell, quads) for shell in (POT, HANDLE, SPOUT, LID)])
 
 
 def surface(parts: Sequence[str], quads: int) -> Mesh:
-    """The patches of `parts` as triangles, welded where they meet; a quad at a pole is one triangle."""
+    """The patches of `parts` as triangles, welded at shared points; a quad at a pole becomes one triangle."""
     mesh = Mesh([], [])
     index: dict[Vec3, int] = {}
     for part, patch in patches():
@@ -113,7 +114,7 @@ def surface(parts: Sequence[str], quads: int) -> Mesh:
 
 
 def joined(meshes: Sequence[Mesh]) -> Mesh:
-    """The meshes side by side, nothing welded."""
+    """Join meshes without welding vertices."""
     whole = Mesh([], [])
     for mesh in meshes:
         first = len(whole.positions)
@@ -127,10 +128,10 @@ def joined(meshes: Sequence[Mesh]) -> Mesh:
 
 
 def closed_teapot(quads: int) -> Mesh:
-    """The solid teapot: pot and lid, handle and spout, each closed, and their union taken.
+    """The solid teapot: the union of the closed pot with its lid, the closed handle and the closed spout.
 
-    A flat ring closes the gap between lid and rim, flat caps close handle and spout. Vertices on a crease are there once
-    for each normal; welded by position, the mesh is watertight.
+    A flat ring closes the gap between lid and rim; flat caps close the handle and the spout. A vertex on a crease is repeated for
+    each of its normals. If vertices at the same position are welded, the mesh is watertight.
     """
     handle = surface(HANDLE, quads)
     lower = min(boundary(handle), key=lambda loop: handle.positions[loop[0]][2])
@@ -144,7 +145,7 @@ def closed_teapot(quads: int) -> Mesh:
 
 
 def boundary(mesh: Mesh) -> list[list[int]]:
-    """The loops of edges that belong to one triangle only, in the sense in which that triangle runs along them."""
+    """The loops of edges that belong to one triangle only, in the direction of that triangle."""
     edges = {(f[k], f[(k + 1) % 3]) for f in mesh.faces for k in range(3)}
     after = {a: b for a, b in sorted(edges) if (b, a) not in edges}
     loops = []
@@ -157,7 +158,7 @@ def boundary(mesh: Mesh) -> list[list[int]]:
 
 
 def extended(tube: Mesh, loop: Sequence[int]) -> Mesh:
-    """Continue a tube beyond its open end by `SINK`."""
+    """Extend a tube by `SINK` at its open end `loop`."""
     mesh = joined([tube])
     copies = {old: len(tube.positions) + k for k, old in enumerate(loop)}
     mesh.positions += [_rounded(np.add(tube.positions[old], SINK)) for old in loop]
@@ -168,7 +169,7 @@ def extended(tube: Mesh, loop: Sequence[int]) -> Mesh:
 
 
 def capped(tube: Mesh) -> Mesh:
-    """Close each open end of a tube by a flat fan around its centre."""
+    """Close each open end of a tube with a flat fan around its centre."""
     mesh = joined([tube])
     for loop in boundary(tube):
         rim = np.array([tube.positions[k] for k in reversed(loop)])
@@ -182,7 +183,7 @@ def capped(tube: Mesh) -> Mesh:
 
 
 def ringed(pot: Mesh, lid: Mesh) -> Mesh:
-    """Pot and lid, joined by a flat ring from the inner edge of the rim to the edge of the lid."""
+    """Join pot and lid by a flat ring from the inner edge of the rim to the edge of the lid."""
     mesh = joined([pot, lid])
     first = len(mesh.positions)
     for part in (pot, lid):
@@ -197,7 +198,7 @@ def ringed(pot: Mesh, lid: Mesh) -> Mesh:
 
 
 def manifold(solid: Mesh) -> Manifold:
-    """What manifold3d takes the union of; it carries the normals along, and interpolates them on the edges it adds."""
+    """The input of manifold3d's union, which interpolates the normals at the vertices that it adds."""
     first: dict[Vec3, int] = {}
     weld = [(k, first.setdefault(point, k)) for k, point in enumerate(solid.positions)]
     source, target = zip(*((k, to) for k, to in weld if k != to), strict=True)

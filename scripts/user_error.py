@@ -1,5 +1,5 @@
-"""The one kind of error that is the user's to mend."""
+"""The type of errors that the user can correct."""
 
 
 class UserError(Exception):
-    """A fault of the input or of the environment; its text is one line for the user, and the exit code is 2."""
+    """A fault of the input or of the environment. Its text is one line for the user; the exit code is 2."""

@@ -3,6 +3,8 @@
 //! A law is a function that returns numbers; nothing in it decides. [`judge`] is the one place where the level is
 //! set, corrected for how many tests are run.
 
+use std::path::PathBuf;
+
 use serde::{Deserialize, Serialize};
 
 use crate::stats::{Equivalence, Estimate, Moments, Welch, multiple::sidak_level};
@@ -17,8 +19,39 @@ pub struct Law {
     /// Where the claim comes from: a derivation, a paper, a table.
     pub source: &'static str,
     /// Computes the numbers.
-    pub check: fn(Effort) -> Vec<Finding>,
+    pub check: Check,
 }
+
+/// How a law is checked.
+#[derive(Clone, Copy, Debug)]
+pub enum Check {
+    /// Against closed forms, in scenes that the law makes.
+    Analytic(fn(Effort) -> Vec<Finding>),
+    /// On every scene file that has a reference, one at a time; nothing is found on a file that the law is not about.
+    Scenes(fn(&SceneFile, Effort) -> Result<Vec<Finding>, CheckError>),
+}
+
+/// A scene file with its reference.
+#[derive(Clone, Debug)]
+pub struct SceneFile {
+    /// The name of its row, such as `reference/diffuse-room`.
+    pub name: String,
+    /// The scene file.
+    pub path: PathBuf,
+    /// The folder of its reference.
+    pub reference: PathBuf,
+}
+
+impl SceneFile {
+    /// The name without folder and extension.
+    #[must_use]
+    pub fn stem(&self) -> String {
+        self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+    }
+}
+
+/// Why a scene file cannot be checked: it or its reference is missing, broken or stale; one line.
+pub type CheckError = Box<dyn std::error::Error + Send + Sync>;
 
 /// How much work a check may do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -60,8 +93,8 @@ pub struct Curve {
     pub expected: Vec<[f64; 2]>,
     /// Places with what was found there, and its standard error.
     pub found: Vec<[f64; 3]>,
-    /// A place to mark.
-    pub mark: Option<f64>,
+    /// A place to mark, and what is there.
+    pub mark: Option<(f64, &'static str)>,
 }
 
 /// A number with what it is held against.

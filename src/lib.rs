@@ -49,7 +49,7 @@
 //!    estimators: `path`, `ptracer`, `photonmapper`, `sppm` and others. A [`Renderer`](render::Renderer) of [`render`] takes
 //!    samples on all threads and adds them to a [`Film`](film::Film).
 //! 5. **Use and checks.** The [`catalogue`] lists all plugins with their parameters. A [`comparison`] judges two images. The
-//!    [`prelude`] has what most programs need. [`evidence`] runs all laws and compares all scenes, [`report`] shows the
+//!    [`prelude`] has what most programs need. [`validation`] runs all laws and compares all scenes, [`report`] shows the
 //!    result as a page, and a [`study`] measures how errors fall.
 //!
 //! The command line is the binary's own module and not part of the library.
@@ -74,7 +74,8 @@ pub mod render;
 pub mod catalogue;
 pub mod comparison;
 pub mod prelude;
-pub mod evidence;
+pub mod validation;
+mod plot;
 pub mod report;
 pub mod study;
 

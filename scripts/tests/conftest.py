@@ -1,4 +1,4 @@
-"""What several tests share: one Mitsuba for the whole run, and a tiny scene, alone and in a study."""
+"""Fixtures that several tests share: one Mitsuba for the whole run, a tiny scene, and a study of it."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -29,7 +29,7 @@ def renderer() -> ref.Renderer:
 
 @pytest.fixture
 def tiny(tmp_path: Path) -> Path:
-    """A 24 x 16 scene: a diffuse ball before a constant sky that fills its corners."""
+    """A 24 x 16 scene: a diffuse sphere in a constant environment, which fills the corners of the image."""
     path = tmp_path / "tiny.xml"
     path.write_text(TINY)
     return path
@@ -54,7 +54,7 @@ vary = { name = "spp", values = %s }
 
 @pytest.fixture
 def tiny_study(tiny: Path) -> Callable[..., Path]:
-    """Makes the file of a study of the tiny scene: each method is a name, a renderer and its numbers of samples."""
+    """Writes a study of the tiny scene; each method is a name, a renderer and its numbers of samples."""
 
     def write(*methods: tuple[str, str, list[int]]) -> Path:
         path = tiny.with_name("study.toml")
@@ -66,12 +66,12 @@ def tiny_study(tiny: Path) -> Callable[..., Path]:
 
 @pytest.fixture
 def stub(tmp_path: Path) -> Path:
-    """A stand-in for the etendue binary: logs its calls, renders an empty file, and compares with $STUB_VERDICT."""
+    """A stand-in for the etendue program: it logs its calls, renders an empty file, and compares with exit code $STUB_VERDICT."""
     path = tmp_path / "etendue-stub"
     path.write_text(
         "#!/bin/sh\n"
         'echo "$@" >> "$(dirname "$0")/calls"\n'
-        'if [ "$1" = render ]; then [ "$3" = -o ] && : > "$4"; exit; fi\n'
+        'if [ "$1" = render ]; then [ "$3" = --replay ] || : > "$4"; exit; fi\n'
         '[ "$1" = compare ] && [ -f "$2" ] && [ -f "$3/tiles.npy" ] && exit "$STUB_VERDICT"\n'
         "exit 2\n"
     )

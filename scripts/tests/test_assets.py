@@ -38,20 +38,20 @@ def test_readme_lists_every_asset() -> None:
 
 
 def volume(mesh: Mesh) -> float:
-    """Signed volume; positive if the faces are counter-clockwise from outside."""
+    """The signed volume, which is positive if the faces are counter-clockwise from outside."""
     corners = np.array(mesh.positions)[np.array(mesh.faces)]
     return float(np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))) / 6.0
 
 
 def welded(*meshes: Mesh) -> Mesh:
-    """Several meshes as one, whose vertices at the same place are one."""
+    """Join meshes and weld vertices at the same position."""
     index: dict[tuple[float, ...], int] = {}
     faces = [tuple(index.setdefault(mesh.positions[k], len(index)) for k in face) for mesh in meshes for face in mesh.faces]
     return Mesh(list(index), faces)
 
 
-def turned(mesh: Mesh) -> Mesh:
-    """Inside out."""
+def reversed_faces(mesh: Mesh) -> Mesh:
+    """The mesh with all faces reversed."""
     return Mesh(mesh.positions, [face[::-1] for face in mesh.faces])
 
 
@@ -63,15 +63,15 @@ GLASS, WALL, SURFACE = snifter.snifter(), snifter.cognac_wall(), snifter.cognac_
     [make_assets.pebble(), make_assets.gem(), welded(WALL, SURFACE)],
     ids=["pebble", "gem", "cognac"],
 )
-def test_glass_can_be_made_of_a_closed_mesh(mesh: Mesh) -> None:
+def test_meshes_of_glass_are_closed(mesh: Mesh) -> None:
     edges = Counter((f[k], f[(k + 1) % 3]) for f in mesh.faces for k in range(3))
     assert set(edges.values()) == {1}
     assert all((b, a) in edges for a, b in edges)
     assert volume(mesh) > 0.5
 
 
-def test_the_cognac_fills_its_part_of_the_spheroid() -> None:
-    """Against the volume between two heights; a polygon of n sides is sin(2 pi / n) / (2 pi / n) of its circle."""
+def test_the_cognac_has_the_volume_of_its_part_of_the_ellipsoid() -> None:
+    """The closed form between two heights, times the area of a polygon of n sides in its circle: sin(2 pi / n) / (2 pi / n)."""
     high = math.sin(snifter.LEVEL)
     exact = math.pi * snifter.ACROSS**2 * snifter.UPRIGHT * ((high - high**3 / 3.0) + 2.0 / 3.0)
     step = 2.0 * math.pi / snifter.SECTORS
@@ -79,7 +79,7 @@ def test_the_cognac_fills_its_part_of_the_spheroid() -> None:
 
 
 def test_glass_and_cognac_touch_without_a_gap() -> None:
-    whole = welded(GLASS, turned(WALL))
+    whole = welded(GLASS, reversed_faces(WALL))
     edges = Counter((f[k], f[(k + 1) % 3]) for f in whole.faces for k in range(3))
     assert set(edges.values()) == {1}
     assert all((b, a) in edges for a, b in edges)
@@ -88,7 +88,7 @@ def test_glass_and_cognac_touch_without_a_gap() -> None:
 
 
 def test_the_ground_is_fractal() -> None:
-    """Heights differ by a power of the distance that is less than 0.85, since the octaves end, and more than 0.5."""
+    """Height differences grow with a power of the distance: above 0.5, and below 0.85 because the number of octaves is finite."""
     rng = np.random.default_rng(4)
     places = rng.uniform(-40.0, 40.0, (4000, 2))
     spreads = []
@@ -98,13 +98,13 @@ def test_the_ground_is_fractal() -> None:
     assert 0.5 < math.log(spreads[1] / spreads[0]) / math.log(4.0) < 0.85
 
 
-def test_the_ground_carries_what_stands_on_it() -> None:
+def test_the_highest_point_near_the_origin_is_at_zero() -> None:
     mesh = ground.ground(2026, 40)
     assert max(z for x, y, z in mesh.positions if math.hypot(x, y) <= ground.STAND) == 0.0
 
 
-def test_the_normals_of_the_ground_are_those_of_its_faces_smoothed() -> None:
-    """Where triangles are large and the ground is rough, the normals of a few faces are far from their own."""
+def test_the_normals_of_the_ground_are_close_to_those_of_its_faces() -> None:
+    """A few normals deviate more, where triangles are large and the ground is rough."""
     mesh = ground.ground(2026, 110)
     corners, normals = (np.array(values)[np.array(mesh.faces)] for values in (mesh.positions, mesh.normals))
     facets = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -130,7 +130,7 @@ def test_normals_are_unit_and_agree_with_the_faces(mesh: Mesh) -> None:
 
 
 def test_pebble_normals_are_those_of_its_surface() -> None:
-    """Against a central difference of the implicit function |p| - r(p / |p|)."""
+    """Compared with a central difference of the implicit function |p| - r(p / |p|)."""
 
     def implicit(p: np.ndarray) -> float:
         length = float(np.linalg.norm(p))
@@ -145,7 +145,7 @@ def test_pebble_normals_are_those_of_its_surface() -> None:
 
 
 @pytest.mark.parametrize(("mesh", "up"), [(make_assets.terrain(), 1.0), (make_assets.lamp(), -1.0)], ids=["terrain", "lamp"])
-def test_open_meshes_face_one_way(mesh: Mesh, up: float) -> None:
+def test_the_faces_of_open_meshes_point_to_one_side(mesh: Mesh, up: float) -> None:
     corners = np.array(mesh.positions)[np.array(mesh.faces)]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     assert (up * normals[:, 1] > 0).all()

@@ -1,12 +1,13 @@
-"""Studies on workers that die, are interrupted, and are jobs of a batch system. Each is held to the single run, bit for bit."""
+"""Studies on workers that die, are interrupted, or are jobs of a batch system. Each image equals that of a single run exactly."""
 
+import contextlib
 import os
 import shutil
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import psutil
@@ -16,51 +17,68 @@ import etendue
 import study_parts
 
 SCRIPT = str(etendue.ROOT / "scripts" / "study_cluster.py")
-# Samples per pixel that take a core some ten seconds, longer than it takes to interrupt them.
-LONG = 80_000
-PATIENCE = 120.0
+# Far more samples per pixel than any machine can render: such a render ends only by a signal.
+ENDLESS = 2_000_000_000
+# Seconds after which a wait counts as failed. No test depends on it: whatever a test waits for happens sooner or later.
+PATIENCE = 600.0
+
+Process = subprocess.Popen[str]
+Start = Callable[..., Process]
 
 
-def start(*arguments: str | Path, **environment: str) -> subprocess.Popen[str]:
-    """The script in a process group of its own, as a terminal starts it."""
-    command = [sys.executable, SCRIPT, *map(str, arguments)]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    return subprocess.Popen(command, **pipes, start_new_session=True, env={**os.environ, **environment})
+@pytest.fixture
+def start() -> Iterator[Start]:
+    """Starts the script in a process group of its own, as a terminal does. All that is left of the group ends with the test."""
+    started: list[Process] = []
+
+    def call(*arguments: str | Path, **environment: str) -> Process:
+        command = [sys.executable, SCRIPT, *map(str, arguments)]
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+        process = subprocess.Popen(command, **pipes, start_new_session=True, env={**os.environ, **environment})
+        started.append(process)
+        return process
+
+    yield call
+    for process in started:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
 
 
-def end(process: subprocess.Popen[str]) -> tuple[int, str, str]:
+def end(process: Process) -> tuple[int, str, str]:
+    """Exit code, stdout and stderr of a process after its end."""
     stdout, stderr = process.communicate(timeout=PATIENCE)
     return process.returncode, stdout, stderr
 
 
-def wait_for(what: Callable[[], object], process: subprocess.Popen[str]) -> object:
-    """What `what` finds as soon as it finds something, while the process runs."""
+def wait_for(find: Callable[[], object], process: Process) -> object:
+    """The first result of `find` that is true; fails if the process ends before."""
     until = time.monotonic() + PATIENCE
     while time.monotonic() < until and process.poll() is None:
-        if found := what():
+        if found := find():
             return found
         time.sleep(0.02)
     process.kill()
-    raise AssertionError(f"not found in time; the script said {end(process)}")
+    raise AssertionError(f"nothing was found; the process wrote {end(process)}")
 
 
 def words(process: psutil.Process) -> list[str]:
-    """The command of a process; none if it has ended meanwhile."""
+    """The command of a process; empty if it has ended."""
     try:
         return process.cmdline()
     except psutil.Error:
         return []
 
 
-def renders(process: subprocess.Popen[str]) -> list[psutil.Process]:
-    """The renders that workers of the script are at."""
-    return [child for child in psutil.Process(process.pid).children(recursive=True) if words(child)[1:2] == ["render"]]
+def renders(process: Process, program: Path) -> list[psutil.Process]:
+    """The processes of `program` that workers of the script have started and that render."""
+    children = psutil.Process(process.pid).children(recursive=True)
+    return [child for child in children if str(program) in words(child) and "render" in words(child)]
 
 
 def checkpoints(out: Path) -> dict[Path, int]:
-    """The parts that are under way, and when they were last kept."""
+    """The checkpoints of unfinished parts, and when each was last written; without the drafts that are renamed to them."""
     found = {}
-    for path in out.glob("parts/*/*/*.partial"):
+    for path in out.glob("parts/*/*/*-of-[0-9].partial"):
         try:
             found[path] = path.stat().st_mtime_ns
         except FileNotFoundError:
@@ -68,13 +86,13 @@ def checkpoints(out: Path) -> dict[Path, int]:
     return found
 
 
-def kill_a_worker(process: subprocess.Popen[str], out: Path) -> tuple[int, str]:
-    """Kill the worker of a render that has kept something since the script was started; returns its process id and its part."""
-    before = checkpoints(out)
+def kill_a_worker(process: Process, program: Path, before: dict[Path, int]) -> tuple[int, str]:
+    """Kill the worker of a render whose checkpoint is newer than in `before`; returns its process id and the name of its part."""
+    out = next(iter(before)).parents[3]
 
     def find() -> tuple[psutil.Process, Path] | None:
-        kept = [path for path, when in checkpoints(out).items() if before.get(path, 0) < when]
-        return next(((child, path) for child in renders(process) for path in kept if str(path) in words(child)), None)
+        written = [path for path, when in checkpoints(out).items() if before.get(path, 0) < when]
+        return next(((child, path) for child in renders(process, program) for path in written if str(path) in words(child)), None)
 
     render, path = wait_for(find, process)
     worker = render.parent()
@@ -85,7 +103,7 @@ def kill_a_worker(process: subprocess.Popen[str], out: Path) -> tuple[int, str]:
 
 
 def single_runs(study: Path, out: Path) -> dict[str, dict[str, bytes]]:
-    """The channels of each run of a study, by the path that the script writes it to, from one process each."""
+    """The channels of each run of a study, rendered by one process; by the path of the image that the script writes."""
     found = {}
     for run in etendue.plan(study, out=out, every=True):
         image = study.with_name("single.exr")
@@ -98,22 +116,60 @@ def channels(image: str | Path) -> dict[str, bytes]:
     return {name: plane.tobytes() for name, plane in etendue.read_image(image).planes().items()}
 
 
-def test_killed_and_interrupted_is_the_single_run(tiny_study: Callable[..., Path], tmp_path: Path) -> None:
-    study, out = tiny_study(("plain", "etendue", [LONG])), tmp_path / "out"
+def script(path: Path, text: str) -> Path:
+    """Write an executable shell script."""
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(f"#!/bin/sh\n{text}\n")
+    path.chmod(0o755)
+    return path
+
+
+def gated_program(folder: Path) -> tuple[Path, Path]:
+    """A program that renders only while a gate is open, and the gate: a file that closes it while it exists.
+
+    While the gate is closed, a render takes one sample of each pixel, writes its checkpoint, and waits. When the gate opens, it
+    goes on from there.
+    """
+    gate = folder / "closed"
+    gate.touch()
+    text = f"""
+if [ "$1" = render ] && [ -e {gate} ]; then
+    {etendue.binary()} "$@" --time 0s || exit
+    while [ -e {gate} ]; do sleep 0.1; done
+    for word; do
+        shift
+        [ "$word" = --checkpoint ] && word=--resume
+        set -- "$@" "$word"
+    done
+fi
+exec {etendue.binary()} "$@"
+"""
+    return script(folder / "gated", text), gate
+
+
+def one_seed(study: Path) -> Path:
     study.write_text(study.read_text().replace("seeds = 2", "seeds = 1"))
-    work = [study, "--out", out, "--workers", "2", "--shards", "2", "--every", "0.1s"]
-    first = start(*work)
+    return study
+
+
+def test_killed_and_interrupted_is_the_single_run(start: Start, tiny_study: Callable[..., Path], tmp_path: Path) -> None:
+    study, out = one_seed(tiny_study(("plain", "etendue", [100]))), tmp_path / "out"
+    program, gate = gated_program(tmp_path)
+    work = [study, "--out", out, "--workers", "2", "--shards", "2"]
+    first = start(*work, ETENDUE=str(program))
     wait_for(lambda: checkpoints(out), first)
     os.killpg(first.pid, signal.SIGINT)
     code, _, stderr = end(first)
     assert (code, stderr) == (130, "study_cluster.py: interrupted; the same command goes on\n")
-    assert len(etendue.plan(study, out=out)) > 0 and checkpoints(out)
+    assert len(etendue.plan(study, out=out)) == 2
 
-    second = start(*work)
-    dead, part = kill_a_worker(second, out)
+    before = checkpoints(out)
+    second = start(*work, ETENDUE=str(program))
+    dead, part = kill_a_worker(second, program, before)
+    gate.unlink()
     code, stdout, stderr = end(second)
     assert (code, stderr) == (0, "")
-    # Another worker, which stands at the end of the line, went on where the dead one was.
+    # Another worker, whose process id is at the end of the line, continued from the checkpoint of the dead one.
     line = next(line for line in stdout.splitlines() if line.startswith(part))
     assert ": continued in" in line and not line.endswith(f":{dead}")
 
@@ -124,13 +180,30 @@ def test_killed_and_interrupted_is_the_single_run(tiny_study: Callable[..., Path
     for image, expected in singles.items():
         assert channels(image) == expected, image
         assert list(expected) == ["R", "G", "B", "variance.R", "variance.G", "variance.B"]
-    # Nothing is made again.
-    code, stdout, _ = end(start(*work))
+    # Nothing is rendered again.
+    code, stdout, _ = end(start(*work, ETENDUE=str(program)))
     assert code == 0 and " by " not in stdout
 
 
-def test_jobs_of_a_batch_system(tiny_study: Callable[..., Path], tmp_path: Path) -> None:
-    """A batch system that runs each job at once, with nothing of ours on its path."""
+def test_a_script_that_is_ended_ends_its_renders_and_keeps_their_samples(
+    start: Start, tiny_study: Callable[..., Path], tmp_path: Path
+) -> None:
+    study, out = one_seed(tiny_study(("plain", "etendue", [ENDLESS]))), tmp_path / "out"
+    process = start(study, "--out", out, "--workers", "2", "--shards", "2", "--checkpoint-every", "0s")
+    wait_for(lambda: len(checkpoints(out)) == 2, process)
+    rendering = renders(process, etendue.binary())
+    assert len(rendering) == 2
+    # Batch systems end a job by SIGTERM to its first process.
+    process.terminate()
+    assert end(process)[0] == 130
+    assert psutil.wait_procs(rendering, timeout=PATIENCE)[1] == []
+    image = tmp_path / "partial.exr"
+    etendue.merge(list(checkpoints(out)), image, partial=True)
+    assert int(etendue.read_image(image).attributes["etendue.spp"]) >= 2
+
+
+def test_jobs_of_a_batch_system(start: Start, tiny_study: Callable[..., Path], tmp_path: Path) -> None:
+    """A batch system that runs each job at once, without our modules on its path."""
     study, out, system = tiny_study(("plain", "etendue", [4, 10])), tmp_path / "out", tmp_path / "bin"
     script(system / "sbatch", f'cp "$1" {tmp_path}/job; cd /; setsid bash {tmp_path}/job > {tmp_path}/log 2>&1 & echo job $!')
     script(system / "scancel", "kill -TERM -- -$1")
@@ -152,7 +225,7 @@ def test_jobs_of_a_batch_system(tiny_study: Callable[..., Path], tmp_path: Path)
     ],
 )
 def test_a_job_that_is_refused(
-    tiny_study: Callable[..., Path], tmp_path: Path, name: str, program: str, lines: list[str]
+    start: Start, tiny_study: Callable[..., Path], tmp_path: Path, name: str, program: str, lines: list[str]
 ) -> None:
     script(tmp_path / "bin" / program, f'cat "$@" > {tmp_path}/job; echo no such queue >&2; exit 1')
     options = ["--queue", "long", "--account", "us", "--cores", "3", "--memory", "2GB", "--walltime", "01:30", "--prologue", "hi"]
@@ -165,14 +238,10 @@ def test_a_job_that_is_refused(
     assert "--nthreads 1 --memory-limit 0" in job[-1]
 
 
-def script(path: Path, text: str) -> None:
-    path.parent.mkdir(exist_ok=True)
-    path.write_text(f"#!/bin/sh\n{text}\n")
-    path.chmod(0o755)
-
-
-def test_what_cannot_be_split_is_made_whole_and_faults_are_named(tiny_study: Callable[..., Path], tmp_path: Path) -> None:
-    """A program that refuses shards, and one run for good; what is right is made."""
+def test_runs_that_cannot_be_split_are_rendered_whole_and_faults_are_named(
+    start: Start, tiny_study: Callable[..., Path], tmp_path: Path
+) -> None:
+    """The program refuses all shards, and all runs of 6 samples; the other runs are rendered."""
     study, out, fake = tiny_study(("plain", "etendue", [4, 6])), tmp_path / "out", tmp_path / "etendue"
     refuse = "echo no such thing >&2; exit 2"
     script(fake, f'case "$*" in *--shard*|*"--spp 6"*) {refuse};; esac; exec {etendue.binary()} "$@"')
@@ -189,14 +258,14 @@ def test_what_cannot_be_split_is_made_whole_and_faults_are_named(tiny_study: Cal
     ("arguments", "environment", "message"),
     [
         (["no-such.toml"], {}, "no-such.toml"),
-        (["study.toml"], {"ETENDUE": "/no/such"}, "$ETENDUE names no program: /no/such"),
+        (["study.toml"], {"ETENDUE": "/no/such"}, "$ETENDUE: no such program: /no/such"),
         (["study.toml", "--scheduler", "tcp://127.0.0.1:9"], {}, "tcp://127.0.0.1:9: no Dask scheduler there: "),
         (["study.toml", "--scheduler", "here"], {}, "here: no Dask scheduler there: missing port"),
-        (["study.toml", "--jobqueue", "lsf"], {"PATH": "/no/such"}, "lsf: there is no bsub here"),
+        (["study.toml", "--jobqueue", "lsf"], {"PATH": "/no/such"}, "lsf: bsub was not found"),
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_2(
-    tiny_study: Callable[..., Path], tmp_path: Path, arguments: list[str], environment: dict[str, str], message: str
+    start: Start, tiny_study: Callable[..., Path], tmp_path: Path, arguments: list[str], environment: dict[str, str], message: str
 ) -> None:
     study = tiny_study(("plain", "etendue", [4]))
     words = [str(study) if word == "study.toml" else word for word in arguments]
@@ -212,10 +281,14 @@ def test_a_render_does_not_outlive_its_worker() -> None:
         assert study_parts.bound_to_us() == []
         return
     assert study_parts.bound_to_us() == [shutil.which("setpriv"), "--pdeathsig", "TERM"]
-    program = "import subprocess, sys; import study_parts; subprocess.run([*study_parts.bound_to_us(), 'sleep', '100'])"
+    program = "import subprocess, sys; import study_parts; subprocess.run([*study_parts.bound_to_us(), 'sleep', 'infinity'])"
     parent = subprocess.Popen([sys.executable, "-c", program], cwd=etendue.ROOT / "scripts")
     child = wait_for(lambda: [c for c in psutil.Process(parent.pid).children() if words(c)[:1] == ["sleep"]], parent)[0]
-    parent.kill()
-    parent.wait()
-    psutil.wait_procs([child], timeout=10)
-    assert not child.is_running() or child.status() == psutil.STATUS_ZOMBIE
+    try:
+        parent.kill()
+        parent.wait()
+        psutil.wait_procs([child], timeout=PATIENCE)
+        assert not child.is_running() or child.status() == psutil.STATUS_ZOMBIE
+    finally:
+        with contextlib.suppress(psutil.NoSuchProcess):
+            child.kill()

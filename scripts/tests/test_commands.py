@@ -1,5 +1,6 @@
-"""The commands from end to end, on a tiny scene."""
+"""The scripts from end to end, on a tiny scene."""
 
+import os
 import subprocess
 import sys
 import tomllib
@@ -9,6 +10,7 @@ import numpy as np
 import OpenEXR
 import pytest
 
+import compare_live
 import mitsuba_reference as ref
 
 SCRIPTS = ref.ROOT / "scripts"
@@ -19,7 +21,7 @@ def run(script: str, *arguments: str | Path, **environment: str) -> subprocess.C
     return subprocess.run(command, capture_output=True, text=True, check=False, env={"PATH": "/usr/bin:/bin", **environment})
 
 
-def test_a_reference_is_what_its_batches_say(tiny: Path, tmp_path: Path, renderer: ref.Renderer) -> None:
+def test_a_reference_is_the_reduction_of_its_batches(tiny: Path, tmp_path: Path, renderer: ref.Renderer) -> None:
     folder = tmp_path / "out"
     statistics = ref.make_reference(renderer, tiny, folder, "command", samples=4, batches=6)
     images = ref.render_batches(renderer, tiny, 4, 6).images
@@ -47,7 +49,7 @@ def test_a_reference_is_what_its_batches_say(tiny: Path, tmp_path: Path, rendere
     assert ref.stale_reasons(tiny, folder) == []
 
 
-def test_the_sky_is_deterministic_and_exact(tiny: Path, renderer: ref.Renderer) -> None:
+def test_the_environment_is_deterministic_and_exact(tiny: Path, renderer: ref.Renderer) -> None:
     found = ref.reduce_batches(ref.render_batches(renderer, tiny, 4, 3).images)
     assert found.deterministic[0, 0] and not found.deterministic[8, 12]
     assert np.allclose(found.mean[0, 0], (0.5, 0.4, 0.3), rtol=1e-6)
@@ -60,7 +62,7 @@ def test_batches_differ_and_repeat(tiny: Path, renderer: ref.Renderer) -> None:
 
 
 def test_light_tracing_repeats(tiny: Path, renderer: ref.Renderer) -> None:
-    """On one thread, and the others get their work back."""
+    """It runs on one thread, and afterwards the number of threads is restored."""
     import drjit
 
     tiny.write_text(tiny.read_text().replace('type="path"', 'type="ptracer"'))
@@ -82,9 +84,10 @@ def test_the_sampler_is_always_independent(tiny: Path, renderer: ref.Renderer) -
         assert np.array_equal(first, ref.render_batches(renderer, tiny, 5, 2).images)
 
 
-def test_llvm_is_used_where_there_is_one(renderer: ref.Renderer) -> None:
-    assert renderer.variant == ("llvm_ad_rgb" if ref.newest_llvm() else "scalar_rgb")
-    assert (renderer.llvm == "none") == (ref.newest_llvm() is None)
+def test_llvm_is_used_if_it_is_installed(renderer: ref.Renderer) -> None:
+    found = os.environ.get("DRJIT_LIBLLVM_PATH") or ref.newest_llvm()
+    assert renderer.variant == ("llvm_ad_rgb" if found else "scalar_rgb")
+    assert (renderer.llvm == "none") == (not found)
 
 
 def test_parameters_reach_mitsuba(tiny: Path, renderer: ref.Renderer) -> None:
@@ -111,7 +114,7 @@ def test_faults_of_a_scene_are_one_line(
     assert not (tmp_path / "out").exists()
 
 
-def test_check_tells_fresh_from_missing(tmp_path: Path) -> None:
+def test_check_distinguishes_fresh_from_missing(tmp_path: Path) -> None:
     missing = run("make_references.py", "--check", "--out", tmp_path, "diffuse-room")
     assert missing.returncode == 1
     assert "diffuse-room: missing tiles.npy" in missing.stdout
@@ -132,7 +135,7 @@ def test_check_finds_a_reference_without_a_scene(tmp_path: Path) -> None:
         ("make_references.py", ["no-such-scene"], "no scene is called 'no-such-scene'; known: "),
         ("make_references.py", ["depth-crop", "--batches", "1"], "--batches within 2 .. 4096"),
         ("compare_live.py", ["x.xml", "-D", "spp"], "-D spp: expected NAME=VALUE"),
-        ("compare_live.py", ["x.xml", "--etendue", "/no/such/binary"], "no etendue binary at /no/such/binary"),
+        ("compare_live.py", ["x.xml", "--etendue", "/no/such/binary"], "--etendue: no such program: /no/such/binary"),
         ("make_assets.py", ["--out", "/dev/null/x"], "Not a directory"),
     ],
 )
@@ -143,28 +146,55 @@ def test_bad_input_is_one_line_and_exit_code_2(script: str, arguments: list[str]
     assert message in found.stderr
 
 
-@pytest.mark.parametrize("script", ["make_assets.py", "make_references.py", "compare_live.py"])
+@pytest.mark.parametrize("script", sorted(path.name for path in SCRIPTS.glob("*.py") if path.read_text().startswith("#!")))
 def test_help(script: str) -> None:
     found = run(script, "--help")
     assert found.returncode == 0 and "usage:" in found.stdout
 
 
 @pytest.mark.parametrize(("verdict", "code"), [("0", 0), ("1", 1), ("2", 2)])
-def test_compare_live_passes_the_verdict_on(tiny: Path, stub: Path, tmp_path: Path, verdict: str, code: int) -> None:
+def test_compare_live_exits_with_the_verdict(tiny: Path, stub: Path, tmp_path: Path, verdict: str, code: int) -> None:
     out = tmp_path / "live"
     live = ["--spp", "4", "--batches", "3", "-D", "lit=0.6", "--integrator", "direct", "--threads", "2", "--json"]
-    found = run("compare_live.py", tiny, "--etendue", stub, "--out", out, *live, STUB_VERDICT=verdict)
+    found = run("compare_live.py", tiny, "--out", out, *live, STUB_VERDICT=verdict, ETENDUE=str(stub))
     assert found.returncode == code, found.stderr
-    image = out / "etendue.exr"
+    image, options = out / "etendue.exr", "-D lit=0.6 --spp 12 --seed 0 --integrator direct --threads 2"
     assert (stub.parent / "calls").read_text().splitlines() == [
-        f"render {tiny} -o {image} -D lit=0.6 --spp 12 --seed 0 --integrator direct --threads 2",
+        f"render {tiny} --replay 0,0,0 {options}",
+        f"render {tiny} -o {image} {options}",
         f"compare {image} {out} --json",
     ]
     assert ref.stale_reasons(tiny, out) == []
     assert tomllib.loads((out / "PROVENANCE.toml").read_text())["parameters"] == {"lit": "0.6"}
 
 
-def test_without_llvm_the_scalar_variant_renders_and_says_so(tiny: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("old", "new", "options", "message"),
+    [
+        ('type="sphere"', 'type="spher"', [], r"tiny\.xml:\d+:\d+: .*spher"),
+        ('name="fov"', 'name="fow"', [], r"tiny\.xml:\d+:\d+: .*fow"),
+        ('type="sphere"', 'type="sphere"', ["-D", "lid=0.5"], "lid"),
+        ('type="sphere"', 'type="sphere"', ["--integrator", "pat"], "pat"),
+    ],
+)
+def test_compare_live_reports_a_mistake_before_mitsuba_starts(
+    tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, old: str, new: str, options: list[str], message: str
+) -> None:
+    tiny.write_text(tiny.read_text().replace(old, new))
+    monkeypatch.setattr(ref, "start_mitsuba", lambda: pytest.fail("Mitsuba was started"))
+    monkeypatch.setattr(sys, "argv", ["compare_live.py", str(tiny), "--out", str(tmp_path / "out"), *options])
+    with pytest.raises(ref.UserError, match=message) as caught:
+        compare_live.compare(compare_live.parse_arguments(), tmp_path / "out")
+    assert "\n" not in str(caught.value) and not (tmp_path / "out").exists()
+
+
+def test_the_option_etendue_precedes_the_environment(tiny: Path, stub: Path, tmp_path: Path) -> None:
+    options = ["--spp", "4", "--batches", "2", "--out", tmp_path / "live", "--etendue", stub]
+    found = run("compare_live.py", tiny, *options, STUB_VERDICT="0", ETENDUE="/no/such")
+    assert found.returncode == 0, found.stderr
+
+
+def test_without_llvm_the_scalar_variant_renders_and_reports_it(tiny: Path, tmp_path: Path) -> None:
     program = (
         "import sys; from pathlib import Path; import mitsuba_reference as ref; ref.newest_llvm = lambda: None\n"
         "ref.make_reference(ref.start_mitsuba(), Path(sys.argv[1]), Path(sys.argv[2]), 'command', samples=4, batches=2)"

@@ -1,4 +1,4 @@
-"""The module: images, renders, shards and tables of studies."""
+"""The module etendue: images, renders, shards and tables of studies."""
 
 import os
 import stat
@@ -31,14 +31,14 @@ PLANES = {
 
 
 def random_planes() -> dict[str, np.ndarray]:
-    """A plane of 5 x 7 pixels for each channel; some values are extreme."""
+    """A plane of 5 x 7 random pixels for each channel; some values are extreme."""
     generator = np.random.default_rng(5)
     planes = {name: (generator.random((5, 7)) * 1000).astype(kind) for name, kind in PLANES.items()}
     planes["R"][0, :4] = [np.inf, -0.0, 1e-42, 3e38]
     return planes
 
 
-def test_layers_are_what_openexr_wrote(tmp_path: Path) -> None:
+def test_an_image_of_openexr_is_read(tmp_path: Path) -> None:
     planes, path = random_planes(), tmp_path / "a.exr"
     window = np.array([[2, 3], [8, 7]], np.int32), np.array([[1, 1], [20, 10]], np.int32)
     header = {"etendue.scene": "Sänfte ∑.xml", "dataWindow": tuple(window[0]), "displayWindow": tuple(window[1])}
@@ -61,7 +61,7 @@ def test_layers_are_what_openexr_wrote(tmp_path: Path) -> None:
     assert image.attributes["etendue.scene"] == "Sänfte ∑.xml"
 
 
-def test_what_is_written_is_what_openexr_reads(tmp_path: Path) -> None:
+def test_openexr_reads_an_image_that_was_written(tmp_path: Path) -> None:
     path, planes = tmp_path / "new" / "b.exr", random_planes()
     layers = {"": ("R", "G", "B"), "pp": ("X", "Y", "Z"), "deterministic": ("",)}
     names = {"": "RGB", "pp": ["pp.X", "pp.Y", "pp.Z"], "deterministic": ["deterministic"]}
@@ -80,7 +80,7 @@ def test_what_is_written_is_what_openexr_reads(tmp_path: Path) -> None:
     assert (again.crop, again.size, again.channels) == ((3, 1), (30, 20), layers)
 
 
-def test_a_render_is_what_was_asked_for(tiny: Path, tmp_path: Path) -> None:
+def test_a_render_has_the_requested_options(tiny: Path, tmp_path: Path) -> None:
     image = tmp_path / "a.exr"
     options = {"params": {"max_depth": 2}, "defines": {"lit": 0.25}, "sampler": "stratified"}
     etendue.render(tiny, image, integrator="path", spp=9, seed=7, threads=1, **options)
@@ -118,13 +118,13 @@ def test_the_tables_of_a_study(tiny_study: Callable[..., Path], tmp_path: Path) 
     assert sorted(rows["spp"]) == [2, 2, 8, 8] and sorted(cells["spp"]) == [2, 8]
     for row in rows.itertuples():
         assert etendue.read_image(row.image).attributes["etendue.seed"] == str(row.seed)
-    # Four times the samples have half the error; 768 values tell it apart from none and from a quarter.
+    # Four times the samples halve the error; the seeds are fixed, and the bounds exclude factors of 1 and 4.
     error = cells.set_index("spp")["rmse"]
     assert 1.5 < error[2] / error[8] < 2.7
     assert rows["rmse_masked"].isna().all() and pd.api.types.is_float_dtype(rows["rmse_masked"])
 
 
-def test_a_line_that_is_being_written_is_left_out(tmp_path: Path) -> None:
+def test_an_incomplete_line_is_left_out(tmp_path: Path) -> None:
     (tmp_path / "rows.jsonl").write_text('{"spp": 2, "rmse": 0.5}\n{"spp": 4, "rmse": 0.25}\n{"spp": 8, "rm')
     assert etendue.read_rows(tmp_path)["spp"].tolist() == [2, 4]
     (tmp_path / "rows.jsonl").write_text('{"spp": 2}\n{"spp": \n')
@@ -139,7 +139,7 @@ def program(path: Path, text: str) -> Path:
     return path
 
 
-def test_where_the_program_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_order_in_which_the_program_is_searched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ETENDUE", raising=False)
     monkeypatch.setattr(etendue, "ROOT", tmp_path)
     monkeypatch.setenv("PATH", str(tmp_path / "bin"))
@@ -151,8 +151,11 @@ def test_where_the_program_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPa
             monkeypatch.setenv("ETENDUE", str(path))
         assert etendue.binary() == path
     monkeypatch.setenv("ETENDUE", str(tmp_path / "none"))
-    with pytest.raises(UserError, match=r"\$ETENDUE names no program: .*none"):
+    with pytest.raises(UserError, match=r"\$ETENDUE: no such program: .*none"):
         etendue.binary()
+    assert etendue.binary(tmp_path / "mine") == tmp_path / "mine"
+    with pytest.raises(UserError, match=r"--etendue: no such program: .*theirs"):
+        etendue.binary(tmp_path / "theirs")
 
 
 @pytest.mark.parametrize(
@@ -160,11 +163,11 @@ def test_where_the_program_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     [
         ("echo 'warning: dark' >&2; echo 'box.xml:1:2: no shape' >&2; exit 2", "box.xml:1:2: no shape", 2),
         ("printf 'error: invalid value\\n\\nUsage: etendue\\n' >&2; exit 2", "invalid value", 2),
-        ("exit 3", "ended with exit code 3 and said nothing", 3),
+        ("exit 3", "ended with exit code 3 without a message", 3),
         ("kill -9 $$", "was killed by signal 9", -9),
     ],
 )
-def test_a_fault_of_the_program_is_its_line(
+def test_a_fault_of_the_program_has_its_message(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], text: str, message: str, code: int
 ) -> None:
     monkeypatch.setenv("ETENDUE", str(program(tmp_path / "etendue", text)))

@@ -1,4 +1,4 @@
-"""Which files a scene reads, what PROVENANCE.toml says, and when a reference is stale."""
+"""The files that a scene reads, the text of PROVENANCE.toml, and when a reference is stale."""
 
 import tomllib
 from collections.abc import Callable
@@ -11,7 +11,7 @@ import mitsuba_reference as ref
 
 @pytest.fixture
 def nested(tmp_path: Path) -> Path:
-    """A scene that reads a mesh by a parameter, and a file that includes another, which names a texture."""
+    """A scene that reads a mesh named by a parameter, and includes a file that includes another, which names a texture."""
     (tmp_path / "parts").mkdir()
     (tmp_path / "nested.xml").write_text(
         '<scene version="3.0.0"><default name="m" value="a"/><default name="m" value="b"/><default name="mesh" value="stone"/>'
@@ -81,7 +81,7 @@ def test_toml_round_trip() -> None:
 
 
 def fresh_reference(scene: Path) -> Path:
-    """A reference folder that belongs to the scene, with stand-ins for its images."""
+    """A reference folder that belongs to the scene, with empty files instead of images."""
     folder = scene.parent / "reference"
     folder.mkdir()
     (folder / "PROVENANCE.toml").write_text(ref.toml_text({"parameters": {}, "files": ref.file_hashes(scene)}))
@@ -119,7 +119,7 @@ def test_each_change_makes_a_reference_stale(nested: Path, change: Callable[[Pat
     assert any(reason in found for found in ref.stale_reasons(nested, folder))
 
 
-def test_a_file_that_nothing_reads_does_not_matter(nested: Path) -> None:
+def test_an_unused_file_does_not_make_a_reference_stale(nested: Path) -> None:
     folder = fresh_reference(nested)
     (nested.parent / "stone-b.ply").write_text("other")
     assert ref.stale_reasons(nested, folder) == []
@@ -140,7 +140,7 @@ def test_llvm_versions_are_read_from_names(name: str, version: tuple[int, ...]) 
     assert ref.llvm_version(Path(name)) == version
 
 
-def test_the_newest_usable_llvm_is_taken(tmp_path: Path) -> None:
+def test_the_newest_usable_llvm_is_chosen(tmp_path: Path) -> None:
     for name in ("libLLVM-16.so.1", "libLLVM-9.so.1"):
         (tmp_path / name).touch()
     assert ref.newest_llvm([str(tmp_path)]) is None

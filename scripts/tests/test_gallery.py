@@ -1,4 +1,4 @@
-"""The pictures of the README."""
+"""The pictures in the README."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Our BSDFs for Mitsuba: Mitsuba's own chi-square test, closed forms, and Mitsuba's glass."""
+"""etendue's BSDFs in Mitsuba, compared with Mitsuba's chi-square test, closed forms, and Mitsuba's glass."""
 
 import math
 from typing import Any
@@ -34,7 +34,7 @@ def schlick(mi: Any, **parameters: Any) -> Any:
 
 
 def direction(degrees: float, azimuth: float = 0.0) -> list[float]:
-    """At an angle from the normal."""
+    """The unit direction at an angle from the normal."""
     theta, phi = math.radians(degrees), math.radians(azimuth)
     return [math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)]
 
@@ -46,7 +46,13 @@ def arriving(mi: Any, wi: list[float]) -> Any:
     return si
 
 
+def need_wavefront(mi: Any) -> None:
+    if "scalar" in mi.variant():
+        pytest.skip("needs a wavefront: Mitsuba found no libLLVM and runs scalar_rgb")
+
+
 def chi2_p_value(mi: Any, kind: str, parameters: str, wi: list[float], res: int) -> float:
+    need_wavefront(mi)
     from mitsuba.chi2 import BSDFAdapter, ChiSquareTest, SphericalDomain
 
     sample, pdf = BSDFAdapter(kind, parameters, wi=wi)
@@ -57,13 +63,13 @@ def chi2_p_value(mi: Any, kind: str, parameters: str, wi: list[float], res: int)
 
 
 def threshold() -> float:
-    """1 % over all the tests together."""
+    """The level of one test, Šidák-corrected to 1 % over all tests."""
     return 1.0 - 0.99 ** (1.0 / CHI2_TESTS)
 
 
 @pytest.mark.parametrize("incidence", INCIDENCES)
 @pytest.mark.parametrize(("exponent", "diffuse", "specular"), PHONG)
-def test_phong_samples_its_density(mi: Any, exponent: float, diffuse: float, specular: float, incidence: float) -> None:
+def test_phong_samples_its_pdf(mi: Any, exponent: float, diffuse: float, specular: float, incidence: float) -> None:
     parameters = (
         f'<float name="exponent" value="{exponent}"/><float name="diffuse_reflectance" value="{diffuse}"/>'
         f'<float name="specular_reflectance" value="{specular}"/>'
@@ -73,19 +79,18 @@ def test_phong_samples_its_density(mi: Any, exponent: float, diffuse: float, spe
 
 @pytest.mark.parametrize("incidence", INCIDENCES)
 @pytest.mark.parametrize("roughness", METAL)
-def test_metal_samples_its_density(mi: Any, roughness: float, incidence: float) -> None:
+def test_metal_samples_its_pdf(mi: Any, roughness: float, incidence: float) -> None:
     parameters = f'<float name="roughness" value="{roughness}"/>'
-    # The density ends with a vertical tangent, which the trapezoid rule of the test needs small cells for.
+    # The pdf ends with a vertical tangent, so the trapezoid rule of the test needs small cells.
     assert chi2_p_value(mi, "metal", parameters, direction(incidence, 20.0), 301 if roughness < 0.5 else 101) > threshold()
 
 
 def estimated_albedo(mi: Any, bsdf: Any, incidence: float, count: int = 4_000_000) -> tuple[float, float]:
-    """Mean and standard error of eval over a cosine-weighted direction: samples no lobe of the BSDF's own."""
+    """Mean and standard error of the albedo from cosine-weighted directions, which are not sampled by the BSDF itself."""
+    need_wavefront(mi)
     rng = np.random.default_rng(5)
     u, v = (rng.random(count) for _ in range(2))
     wo = np.stack([np.sqrt(u) * np.cos(2 * np.pi * v), np.sqrt(u) * np.sin(2 * np.pi * v), np.sqrt(1 - u)])
-    if "scalar" in mi.variant():
-        pytest.skip("needs a wavefront: Mitsuba found no libLLVM and runs scalar_rgb")
     values = np.array(bsdf.eval(mi.BSDFContext(), arriving(mi, direction(incidence)), mi.Vector3f(wo)))[0] / wo[2] * np.pi
     return float(values.mean()), float(values.std() / math.sqrt(count))
 
@@ -96,7 +101,7 @@ def test_phong_has_the_albedo_of_the_closed_form(mi: Any, incidence: float, albe
     assert abs(mean - albedo) < 4.0 * error < 0.02
 
 
-def test_phong_is_its_formula(mi: Any) -> None:
+def test_phong_equals_its_formula(mi: Any) -> None:
     """wo at 50 degrees, the mirror of wi at 30 degrees: alpha = 20 degrees."""
     bsdf, si = phong(mi, 10.0, 0.3, 0.4), arriving(mi, direction(30.0))
     expected = (0.3 / math.pi + 0.4 * 12.0 / (2.0 * math.pi) * math.cos(math.radians(20.0)) ** 10) * math.cos(math.radians(50.0))
@@ -107,28 +112,28 @@ def test_phong_is_its_formula(mi: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("roughness", "mu", "density"),
+    ("roughness", "mu", "pdf"),
     [(0.3, 0.98, 3.8795052929), (0.7, 0.9, 0.6938239482), (1.0, 0.5, 0.0795774715), (1.5, -0.5, 0.008975772), (0.3, 0.95, 0.0)],
 )
-def test_metal_has_the_density_of_the_closed_form(mi: Any, roughness: float, mu: float, density: float) -> None:
-    """At half the reflectance; wi is turned so that a wo above the horizon makes the angle acos(mu) with its mirror."""
+def test_metal_has_the_pdf_of_the_closed_form(mi: Any, roughness: float, mu: float, pdf: float) -> None:
+    """The reflectance is 0.5. wi is chosen so that a wo above the horizon has the angle acos(mu) to the mirror direction."""
     away = math.degrees(math.acos(mu))
     incidence = min(85.0, away)
     si, wo = arriving(mi, direction(incidence)), mi.Vector3f(direction(incidence - away, 180.0))
     bsdf = metal(mi, roughness, 0.5)
-    assert np.ravel(bsdf.pdf(mi.BSDFContext(), si, wo))[0] == pytest.approx(density, rel=2e-5)
-    assert np.ravel(bsdf.eval(mi.BSDFContext(), si, wo))[0] == pytest.approx(0.5 * density, rel=2e-5)
+    assert np.ravel(bsdf.pdf(mi.BSDFContext(), si, wo))[0] == pytest.approx(pdf, rel=2e-5)
+    assert np.ravel(bsdf.eval(mi.BSDFContext(), si, wo))[0] == pytest.approx(0.5 * pdf, rel=2e-5)
 
 
 @pytest.mark.parametrize(
     ("roughness", "incidence", "albedo"), [(0.3, 80.0, 0.885638), (0.3, 89.0, 0.543582), (1.0, 60.0, 0.843750)]
 )
-def test_metal_absorbs_what_goes_below_the_horizon(mi: Any, roughness: float, incidence: float, albedo: float) -> None:
+def test_metal_absorbs_directions_below_the_horizon(mi: Any, roughness: float, incidence: float, albedo: float) -> None:
     mean, error = estimated_albedo(mi, metal(mi, roughness), incidence)
     assert abs(mean - albedo) < 4.0 * error < 0.03
 
 
-def test_metal_is_not_reciprocal_and_its_adjoint_says_so(mi: Any) -> None:
+def test_metal_is_not_reciprocal_and_has_an_adjoint(mi: Any) -> None:
     a, b = direction(20.0), direction(55.0, 180.0)
     particles = mi.BSDFContext(mi.TransportMode.Importance)
     bsdf = metal(mi, 0.8)
@@ -148,7 +153,7 @@ def test_smooth_metal_is_a_mirror(mi: Any) -> None:
 
 
 def reflected(mi: Any, bsdf: Any, degrees: float) -> float:
-    """The reflectance, read off as the density of a sample that reflects; 0 if none does."""
+    """The reflectance: the pdf of a reflected sample, or 0 if no sample is reflected."""
     bs, _ = bsdf.sample(mi.BSDFContext(), arriving(mi, direction(degrees)), 0.0, mi.Point2f(0.5, 0.5))
     pdf, kind = np.ravel(bs.pdf)[0], np.ravel(bs.sampled_type)[0]
     return float(pdf) if kind == +mi.BSDFFlags.DeltaReflection else 0.0
@@ -158,13 +163,13 @@ def test_schlick_has_the_reflectance_of_the_closed_form(mi: Any) -> None:
     glass = schlick(mi)
     assert reflected(mi, glass, 0.0) == pytest.approx(0.04, rel=1e-5)
     assert reflected(mi, glass, 84.975) == pytest.approx(0.647021, rel=5e-5)
-    # From inside, at the angle that refracts to the same 84.975 degrees.
+    # From inside, at the angle that is refracted to 84.975 degrees.
     inside = 180.0 - math.degrees(math.asin(math.sin(math.radians(84.975)) / 1.5))
     assert reflected(mi, glass, inside) == pytest.approx(0.647021, rel=2e-4)
     assert reflected(mi, glass, 180.0 - 41.9) == 1.0
 
 
-def test_schlick_without_reflectance_still_reflects_totally(mi: Any) -> None:
+def test_schlick_without_reflectance_keeps_total_internal_reflection(mi: Any) -> None:
     glass = schlick(mi, reflectance_model="none")
     assert [reflected(mi, glass, degrees) for degrees in (0.0, 85.0, 180.0 - 41.7, 180.0 - 41.9)] == [0.0, 0.0, 0.0, 1.0]
 
@@ -173,7 +178,7 @@ def test_schlick_without_reflectance_still_reflects_totally(mi: Any) -> None:
 @pytest.mark.parametrize("mode", ["Radiance", "Importance"])
 @pytest.mark.parametrize("indices", [{}, {"int_ior": "diamond", "ext_ior": 1.2}, {"int_ior": 1.0, "ext_ior": "water"}])
 def test_schlick_refracts_like_the_glass_of_mitsuba(mi: Any, degrees: float, mode: str, indices: dict[str, Any]) -> None:
-    """Directions, weights, flags and indices, for both branches; only the densities may differ."""
+    """Directions, weights, flags and indices agree for reflection and refraction; only the pdfs may differ."""
     context = mi.BSDFContext(getattr(mi.TransportMode, mode))
     rest = {"specular_reflectance": 0.9, "specular_transmittance": 0.8, **indices}
     ours, theirs = (mi.load_dict({"type": kind, **rest}) for kind in ("schlick", "dielectric"))
@@ -190,22 +195,22 @@ def test_schlick_refracts_like_the_glass_of_mitsuba(mi: Any, degrees: float, mod
     ("bsdf", "message"),
     [
         ({"type": "phong", "ambient": {"type": "rgb", "value": [0.1, 0.0, 0.0]}}, "ambient"),
-        ({"type": "schlick", "reflectance_model": "fresnel"}, "no reflectance_model is called 'fresnel'"),
+        ({"type": "schlick", "reflectance_model": "fresnel"}, "unknown reflectance_model 'fresnel'"),
     ],
 )
-def test_what_has_no_stand_in_is_an_error(mi: Any, bsdf: dict[str, Any], message: str) -> None:
+def test_parameters_without_a_stand_in_are_errors(mi: Any, bsdf: dict[str, Any], message: str) -> None:
     with pytest.raises(Exception, match=message):
         mi.load_dict(bsdf)
 
 
 def test_each_works_inside_the_bsdfs_of_mitsuba(mi: Any) -> None:
-    """Under twosided, blendbsdf and mask, in the integrators: a white sky sees the albedo of a black-backed rectangle."""
+    """Inside twosided, blendbsdf and mask, and with two integrators: in a white environment, a rectangle shows its albedo."""
     blend = {"type": "blendbsdf", "weight": 0.25, "a": {"type": "metal", "roughness": 0.4}, "b": {"type": "phong"}}
     for integrator in ("path", "volpath"):
         scene = {
             "type": "scene",
             "integrator": {"type": integrator, "max_depth": 2},
-            "sky": {"type": "constant"},
+            "environment": {"type": "constant"},
             "mirror": {
                 "type": "rectangle",
                 "to_world": mi.ScalarTransform4f().rotate([1, 0, 0], 180),
@@ -219,5 +224,5 @@ def test_each_works_inside_the_bsdfs_of_mitsuba(mi: Any) -> None:
             },
         }
         image = np.array(mi.render(mi.load_dict(scene), spp=1024))
-        # Straight on, the metal loses nothing, and Phong (n = 30) reflects 0.5 + 0.2.
+        # At normal incidence, the metal reflects everything, and Phong (n = 30) reflects 0.5 + 0.2.
         assert image.mean() == pytest.approx(0.75 + 0.25 * 0.7, rel=4e-3)

@@ -1,4 +1,4 @@
-"""The example notebook: as it is kept, and executed on a tiny study."""
+"""The example notebook: the committed file, and its execution on a tiny study."""
 
 import base64
 from collections.abc import Callable
@@ -15,24 +15,25 @@ PNG = b"\x89PNG\r\n"
 
 
 def results(notebook: nbformat.NotebookNode) -> tuple[str, bytes]:
-    """The text of the table and the figure; there are no other outputs."""
+    """The text of the table and the figure, which are the only outputs."""
     table, figure = (cell.outputs for cell in notebook.cells if cell.cell_type == "code")
     assert [output.output_type for output in (*table, *figure)] == ["execute_result", "display_data"]
     return table[0].data["text/plain"], base64.b64decode(figure[0].data["image/png"])
 
 
-def test_it_is_kept_executed_and_small() -> None:
+def test_it_is_committed_with_its_results_and_small() -> None:
     table, figure = results(nbformat.read(NOTEBOOK, as_version=4))
     assert table.split().count("stratified") == 1 and figure.startswith(PNG)
     assert NOTEBOOK.stat().st_size < 100_000
 
 
-def test_it_draws_a_study(tiny_study: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_plots_a_study(tiny_study: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("STUDY", str(tiny_study(("mine", "etendue", [2, 8]))))
     monkeypatch.setenv("OUT", str(tmp_path / "out"))
     monkeypatch.setenv("ETENDUE", str(etendue.binary()))
     notebook = nbformat.read(NOTEBOOK, as_version=4)
-    NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(NOTEBOOK.parent)}}).execute()
+    resources = {"metadata": {"path": str(NOTEBOOK.parent)}}
+    NotebookClient(notebook, timeout=None, startup_timeout=600, resources=resources).execute()
     table, figure = results(notebook)
     rows = etendue.read_rows(tmp_path / "out")
     for samples, group in rows.groupby("spp"):

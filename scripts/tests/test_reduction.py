@@ -1,4 +1,4 @@
-"""The reduction of batches, against loops and against cases worked by hand."""
+"""The reduction of batches, compared with loops and with cases computed by hand."""
 
 import math
 
@@ -10,7 +10,7 @@ import mitsuba_reference as ref
 
 
 def noisy_batches(batches: int = 5, height: int = 16, width: int = 24) -> NDArray[np.float32]:
-    """Batches with noise everywhere but in a constant block (top left tile) and a black block (part of the next)."""
+    """Batches with noise everywhere, except in a constant block (the top left tile) and a black block (a part of the next)."""
     noise = np.random.default_rng(7).lognormal(0.0, 0.3, (batches, height, width, 3)).astype(np.float32)
     noise[:, :8, :8] = (0.3, 0.2, 0.1)
     noise[:, :3, 8:13] = 0.0
@@ -46,7 +46,7 @@ def test_mean_and_standard_error_equal_the_textbook() -> None:
 
 
 def test_deterministic_means_constant_or_black_away_from_noise() -> None:
-    """The constant tile stays whole; the black block loses its edge towards the noise of its own tile, not towards others."""
+    """The constant tile is deterministic as a whole. The black block is not where it touches noise of its own tile."""
     images = noisy_batches()
     expected = np.zeros((16, 24), dtype=bool)
     expected[:8, :8] = True
@@ -77,7 +77,7 @@ def test_deterministic_pixels_equal_a_loop() -> None:
 
 @pytest.mark.parametrize(("deviation", "expected"), [(0.9e-4, True), (1.1e-4, False)])
 def test_deterministic_threshold_is_on_the_deviation_of_one_batch(deviation: float, expected: bool) -> None:
-    # Half of the batches at 1 - d, half at 1 + d have the deviation d sqrt(K / (K - 1)).
+    # K batches, half of them 1 - d and half of them 1 + d, have the standard deviation d sqrt(K / (K - 1)).
     batches = 16
     d = deviation / math.sqrt(batches / (batches - 1))
     images = np.ones((batches, 8, 8, 3)) + d * np.where(np.arange(batches) % 2, 1.0, -1.0)[:, None, None, None]
@@ -114,7 +114,7 @@ def test_seeds_never_collide() -> None:
     ranges = sorted((ref.batch_seed(name, 0), ref.batch_seed(name, ref.MAX_BATCHES - 1)) for name in names)
     for (first, last), (following, _) in zip(ranges, [*ranges[1:], (2**32, 0)], strict=True):
         assert first + ref.MAX_BATCHES - 1 == last < following
-    # Whole blocks of seeds: those of two scenes coincide or are disjoint.
+    # Scenes use whole blocks of seeds, and two blocks are either the same or disjoint.
     assert all(first % ref.MAX_BATCHES == 0 for first, _ in ranges)
     assert len({ref.batch_seed("a", k) for k in range(ref.MAX_BATCHES)}) == ref.MAX_BATCHES
 

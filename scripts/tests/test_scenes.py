@@ -1,4 +1,4 @@
-"""The scenes of assets/scenes: each loads and keeps the rules of a scene that finds bugs; together they cover the language."""
+"""The scenes of assets/scenes: each follows the rules for test scenes, and together they cover the scene language."""
 
 import re
 from collections.abc import Iterable
@@ -86,7 +86,7 @@ def test_together_they_cover_the_variants(tag: str, name: str, wanted: set[str])
     assert wanted <= values(everywhere(), tag, name)
 
 
-def test_a_conductor_is_given_by_eta_and_k() -> None:
+def test_some_conductor_has_eta_and_k() -> None:
     assert values(everywhere(), "rgb", "eta")
     assert values(everywhere(), "rgb", "k")
 
@@ -101,13 +101,13 @@ def test_meshes_of_every_encoding_are_read() -> None:
 def test_every_asset_is_read_by_some_scene() -> None:
     read = {(scene.parent / name).resolve() for scene in SCENES for name in ref.scene_files(scene)}
     assets = ref.ROOT / "assets"
-    # Studies have scenes of their own.
+    # The scenes of studies are in another folder.
     own = {path for path in assets.rglob("*.*") if assets / "studies" not in path.parents and path.name != "README.md"}
     assert own == read
 
 
 @each_scene
-def test_scene_starts_with_what_it_exercises(scene: Path) -> None:
+def test_scene_starts_with_a_comment_on_what_it_exercises(scene: Path) -> None:
     text = scene.read_text()
     assert text.startswith("<!-- ")
     assert "Exercises:" in text.split("-->")[0]
@@ -115,8 +115,8 @@ def test_scene_starts_with_what_it_exercises(scene: Path) -> None:
 
 
 @each_scene
-def test_scene_keeps_the_rules(scene: Path) -> None:
-    """Unequal channels, explicit indices of refraction, no <spectrum>, finite depth unless roulette ends the paths."""
+def test_scene_follows_the_rules(scene: Path) -> None:
+    """Unequal channels, explicit indices of refraction, no <spectrum>, and a finite depth or early Russian roulette."""
     found = elements(scene)
     assert not [e for e in found if e.tag == "spectrum"]
     for element in found:
@@ -134,14 +134,14 @@ def test_scene_keeps_the_rules(scene: Path) -> None:
 
 
 def by_light_tracing(scene: Path) -> bool:
-    """Whether Mitsuba follows paths from the lights."""
+    """Whether Mitsuba traces light paths in this scene."""
     integrator = ref.integrator_name(scene)
     return integrator == "ptracer" or (integrator == "photonmapper" and ref.parameter(scene, ref.PHOTONS_BY) == "ptracer")
 
 
 @each_scene
-def test_delta_lights_meet_no_glass_or_mirror(scene: Path) -> None:
-    """A path tracer cannot find the caustic of a point, spot or directional light; figure 7 is about that."""
+def test_delta_lights_are_not_combined_with_glass_or_mirrors(scene: Path) -> None:
+    """A path tracer misses the caustics of point, spot and directional lights. Figure 7 shows this on purpose."""
     types = {(e.tag, e.attributes.get("type")) for e in elements(scene)}
     delta = {("emitter", light) for light in ("point", "spot", "directional")}
     if types & delta and scene.stem != "figure-7-shadows" and not by_light_tracing(scene):
@@ -149,8 +149,8 @@ def test_delta_lights_meet_no_glass_or_mirror(scene: Path) -> None:
 
 
 @each_scene
-def test_light_tracing_keeps_to_what_mitsuba_does_right(scene: Path) -> None:
-    """With another filter, its `ptracer` is dark at borders; it ignores the principal point."""
+def test_light_tracing_avoids_the_faults_of_mitsuba(scene: Path) -> None:
+    """Mitsuba's `ptracer` is too dark at the borders with any filter but box, and it ignores the principal point."""
     if by_light_tracing(scene):
         found = elements(scene)
         assert {e.attributes["type"] for e in found if e.tag == "rfilter"} == {"box"}
@@ -183,7 +183,7 @@ def test_reference_belongs_to_the_scene(scene: Path) -> None:
 
 @each_scene
 def test_wide_filters_blur_no_constant_background(scene: Path) -> None:
-    """Beside a silhouette, the tail of a filter is an event too rare for the scatter of one image to show."""
+    """Next to a silhouette, samples in the tail of a filter are too rare for the standard error of one image."""
     boxes = [e for e in elements(scene) if e.tag == "rfilter" and e.attributes["type"] == "box"]
     with OpenEXR.File(str(ref.REFERENCES / scene.stem / "reference.exr"), separate_channels=True) as file:
         assert boxes or not file.channels()["deterministic"].pixels.any()

@@ -1,4 +1,4 @@
-"""What stands in for our plugins in Mitsuba: where rays meet it, against closed forms; masks; errors; provenance."""
+"""The stand-ins for etendue's plugins in Mitsuba: intersections compared with closed forms, masks, errors, provenance."""
 
 import math
 import subprocess
@@ -45,7 +45,7 @@ def load(renderer: ref.Renderer, tmp_path: Path) -> Load:
 
 
 def matrix_of(mirrored: bool) -> np.ndarray:
-    """That of TO_WORLD or MIRRORED."""
+    """The matrix of TO_WORLD or MIRRORED."""
     c, s = math.cos(math.radians(35.0)), math.sin(math.radians(35.0))
     rotation = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
     matrix = np.eye(4)
@@ -54,7 +54,7 @@ def matrix_of(mirrored: bool) -> np.ndarray:
 
 
 def rays(count: int, spread: float = 1.2) -> tuple[np.ndarray, np.ndarray]:
-    """Origins at a distance of 5 and directions to points near the origin."""
+    """Rays from a distance of 5 to points near the origin, as origins and directions."""
     rng = np.random.default_rng(3)
     origins = rng.standard_normal((count, 3))
     origins *= 5.0 / np.linalg.norm(origins, axis=1, keepdims=True)
@@ -63,7 +63,7 @@ def rays(count: int, spread: float = 1.2) -> tuple[np.ndarray, np.ndarray]:
 
 
 def crossings(mi: Any, scene: Any, origins: np.ndarray, directions: np.ndarray, count: int) -> list[dict[str, np.ndarray]]:
-    """The first crossings of each ray with what is not masked away: `valid`, `t`, `p`, `n`, `uv`, `colour`."""
+    """The first crossings of each ray with surfaces that are not masked: `valid`, `t`, `p`, `n`, `uv`, `colour`."""
     if "scalar" in mi.variant():
         pytest.skip("needs a wavefront: Mitsuba found no libLLVM and runs scalar_rgb")
     travelled = np.zeros(len(origins))
@@ -112,7 +112,10 @@ def boxed(p: np.ndarray) -> Mask:
 def closed_form(
     coefficients: list[float], clip: Callable[[np.ndarray], Mask], matrix: np.ndarray, origins: np.ndarray, directions: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """t (infinite if none) and unit normal along the gradient of the first hit of a quadric, clipped in its own frame."""
+    """The first hit of a quadric that is clipped in its own frame.
+
+    Returns t, which is infinite without a hit, and the unit normal along the gradient.
+    """
     inverse = np.linalg.inv(matrix)
     o, d = origins @ inverse[:3, :3].T + inverse[:3, 3], directions @ inverse[:3, :3].T
     quadric = surfaces.Quadric.of(coefficients)
@@ -141,7 +144,8 @@ def quadric_xml(coefficients: list[float]) -> str:
     return f'<string name="coefficients" value="{", ".join(map(str, coefficients))}"/>{BOX}'
 
 
-# Plugin, parameters, the quadric, where it ends, and how far the stand-in is off: positions at most, normals of 99 %.
+# Plugin, parameters, the quadric, its clipping test, and the errors of the stand-in: the maximum over positions, and the 99th
+# percentile over normals.
 SHAPES = {
     "plane": ("plane", "", [0, 0, 0, 0, 0, 0, 0, 0, 1, 0], everywhere, 2e-5, 2e-7),
     "ellipsoid": (
@@ -188,18 +192,18 @@ SHAPES = {
 
 @pytest.mark.parametrize("placing", ["", TO_WORLD, MIRRORED + FLIP], ids=["as is", "placed", "mirrored and flipped"])
 @pytest.mark.parametrize("name", SHAPES)
-def test_rays_meet_the_shape(load: Load, renderer: ref.Renderer, name: str, placing: str) -> None:
+def test_rays_hit_the_shape(load: Load, renderer: ref.Renderer, name: str, placing: str) -> None:
     plugin, parameters, coefficients, clip, offset, turn = SHAPES[name]
     scene = load(f'<shape type="{plugin}">{parameters}{placing}</shape>')
     origins, directions = rays(20_000)
     matrix = matrix_of("-0.9" in placing) if placing else np.eye(4)
     t, normal = closed_form(coefficients, clip, matrix, origins, directions)
-    # The plane ends somewhere.
+    # The stand-in for the plane is finite.
     near = ~((t > 50.0) & np.isfinite(t))
     origins, directions, t, normal = (values[near] for values in (origins, directions, t, normal))
     found = crossings(renderer.mi, scene, origins, directions, 1)[0]
     both = np.isfinite(t) & found["valid"]
-    # But for a ray or two that an edge or a silhouette decides.
+    # All but a few rays, which pass close to an edge or a silhouette.
     same = both & (np.abs(t - found["t"]) < 0.01)
     assert same.sum() > 1500
     assert (np.isfinite(t) | found["valid"]).sum() - same.sum() <= 3
@@ -221,7 +225,7 @@ def test_uv_is_azimuth_and_height(load: Load, renderer: ref.Renderer, name: str)
     assert np.allclose(v, (z - ends[0]) / (ends[-1] - ends[0]), atol=1e-3)
 
 
-def test_uv_of_the_plane_is_its_own_xy(load: Load, renderer: ref.Renderer) -> None:
+def test_uv_of_the_plane_is_its_local_xy(load: Load, renderer: ref.Renderer) -> None:
     found = crossings(renderer.mi, load(f'<shape type="plane">{TO_WORLD}</shape>'), *rays(20_000), 1)[0]
     inverse = np.linalg.inv(matrix_of(False))
     local = found["p"] @ inverse[:3, :3].T + inverse[:3, 3]
@@ -231,7 +235,7 @@ def test_uv_of_the_plane_is_its_own_xy(load: Load, renderer: ref.Renderer) -> No
     assert np.abs(found["p"][found["valid"]]).max() > 100.0
 
 
-def test_a_shining_ellipsoid_is_a_mesh_of_the_right_area(load: Load) -> None:
+def test_an_ellipsoid_with_an_emitter_is_a_mesh_of_the_right_area(load: Load) -> None:
     scene = load('<shape type="ellipsoid"><vector name="radii" value="1.2, 0.8, 0.5"/><emitter type="area"/></shape>')
     assert len(scene.emitters()) == 1
     assert np.ravel(scene.shapes()[0].surface_area())[0] == pytest.approx(8.512099114, rel=2e-4)
@@ -281,7 +285,7 @@ def test_kcply_is_the_same_mesh_as_ply(load: Load, renderer: ref.Renderer, tmp_p
 def test_kcply_index_bases(tmp_path: Path) -> None:
     path = tmp_path / "a.kcply"
     five = np.vstack([[9.0, 9.0, 9.0], TETRAHEDRON])
-    # With a vertex to spare, both bases fit the indices 1 to 4 of five vertices, and the parameter must say.
+    # The indices 1 to 4 of five vertices fit both bases, so the parameter must choose one.
     path.write_text(kcply(1, five))
     with pytest.raises(ref.UserError, match="do not fit index_base auto"):
         surfaces.read_kcply(path, "auto")
@@ -381,7 +385,7 @@ def in_tube(p: np.ndarray, a: np.ndarray, b: np.ndarray, radius: float) -> Mask:
 
 
 def changes(inside: Callable[[np.ndarray], Mask], origins: np.ndarray, directions: np.ndarray, count: int) -> np.ndarray:
-    """Where along each ray (up to 9) the membership changes first, second, ...: (count, rays), infinite where it does not."""
+    """The distances (count, rays) up to 9 at which the membership changes along each ray; infinite where it does not."""
     steps = np.linspace(2.0, 9.0, 1401)
     samples = inside(origins[:, None] + steps[:, None] * directions[:, None])
     found = np.full((count, len(origins)), np.inf)
@@ -398,7 +402,7 @@ def changes(inside: Callable[[np.ndarray], Mask], origins: np.ndarray, direction
 
 
 def normals_at(inside: Callable[[np.ndarray], Mask], origins: np.ndarray, directions: np.ndarray, count: int) -> np.ndarray:
-    """Unit normals (count, rays, 3) against the ray, from where shifted rays change sides."""
+    """Unit normals (count, rays, 3) against the ray, from the changes of membership along shifted rays."""
     across = np.cross(directions, np.roll(directions, 1, axis=1) + np.array([0.1, 0.2, 0.3]))
     across /= np.linalg.norm(across, axis=1, keepdims=True)
     shifts = [np.zeros_like(across), 1e-6 * across, 1e-6 * np.cross(directions, across)]
@@ -414,7 +418,7 @@ def normals_at(inside: Callable[[np.ndarray], Mask], origins: np.ndarray, direct
 @pytest.mark.parametrize("placing", ["", MIRRORED, FLIP], ids=["as is", "mirrored", "flipped"])
 @pytest.mark.parametrize("name", SOLIDS)
 def test_rays_cross_the_solid(load: Load, renderer: ref.Renderer, name: str, placing: str) -> None:
-    """The first two crossings of each ray, in and out, against the plain inequalities, with normals to the outside."""
+    """The first two crossings of each ray, in and out, with normals to the outside, compared with the inequalities."""
     body, local = SOLIDS[name]
     scene = load(body[: -len("</shape>")] + placing + "</shape>")
     inverse = np.linalg.inv(matrix_of(True)) if placing == MIRRORED else np.eye(4)
@@ -428,7 +432,7 @@ def test_rays_cross_the_solid(load: Load, renderer: ref.Renderer, name: str, pla
     for k, crossing in enumerate(found):
         hit = np.isfinite(expected[k])
         assert hit.sum() > 75
-        # A ray that an edge or a silhouette decides: the rays of the inequalities go in steps, and hits in single precision.
+        # Rays close to an edge or a silhouette may differ: the inequalities are evaluated in steps, hits in single precision.
         assert (hit != crossing["valid"]).mean() < 8e-3
         both = hit & crossing["valid"]
         same = both & (np.abs(expected[k] - crossing["t"]) < 2e-4)
@@ -459,15 +463,15 @@ LIT = """<shape type="rectangle"><transform name="to_world"><scale value="3"/></
   <emitter type="area"><rgb name="radiance" value="3, 4, 5"/></emitter></shape>
 """
 POINT = '<emitter type="point"><point name="position" value="1, 2, 3"/><rgb name="intensity" value="9, 8, 7"/></emitter>'
-# Before the wall and before the lights, and nowhere kept.
+# The surfaces of an empty solid, in front of the wall and of the lights: all of them are masked.
 PANE = '<shape type="plane"><transform name="to_world"><translate z="0.5"/></transform></shape>'
 EMPTY = csg_xml("intersection", sphere_xml(0.0, 0.0, 1.2, 1.0), sphere_xml(0.0, 0.0, 9.0, 1.0), PANE)
 
 
 @pytest.mark.parametrize("depth", [1, 2, 3, 4])
 @pytest.mark.parametrize("hide", ["true", "false"])
-def test_what_is_masked_away_changes_nothing(load: Load, renderer: ref.Renderer, depth: int, hide: str) -> None:
-    """volpath counts no null interactions as depth, sees through them to lights, and otherwise agrees with path."""
+def test_masked_surfaces_change_nothing(load: Load, renderer: ref.Renderer, depth: int, hide: str) -> None:
+    """volpath does not count null interactions as depth, evaluates lights through them, and otherwise agrees with path."""
     end = 'value="3"/></integrator>'
     assert end in HEAD
     head = HEAD.replace(end, f'value="{depth}"/><boolean name="hide_emitters" value="{hide}"/></integrator>')
@@ -483,8 +487,8 @@ def test_what_is_masked_away_changes_nothing(load: Load, renderer: ref.Renderer,
     assert (a > 0.0).all() == (depth > 1 or hide == "false")
 
 
-def test_direct_sees_through_masks_as_far_as_direct_goes(load: Load, renderer: ref.Renderer) -> None:
-    """Without the point light, which Mitsuba's direct counts once for each of its emitter_samples."""
+def test_direct_sees_direct_light_through_masks(load: Load, renderer: ref.Renderer) -> None:
+    """The scene has no point light, because Mitsuba's direct adds one once for each of its emitter_samples."""
     old, new = '"path"><integer name="max_depth" value="3"/>', '"direct"><integer name="emitter_samples" value="2"/>'
     assert old in HEAD
     direct = HEAD.replace(old, new)
@@ -497,7 +501,7 @@ def test_direct_sees_through_masks_as_far_as_direct_goes(load: Load, renderer: r
 GLASS = '<bsdf type="dielectric"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf>'
 
 
-def test_a_surface_masked_away_inside_glass_changes_nothing(load: Load, renderer: ref.Renderer) -> None:
+def test_a_masked_surface_inside_glass_changes_nothing(load: Load, renderer: ref.Renderer) -> None:
     """A glass ball, and the union of the same ball with a smaller one inside it."""
     head = HEAD.replace('value="3"/></integrator>', 'value="8"/></integrator>')
     plain = sphere_xml(0.0, 0.0, 1.2, 0.9, GLASS)
@@ -527,8 +531,8 @@ LENS = [sphere_xml(x, 0.0, 0.0, 1.0) for x in (-0.5, 0.5)]
     ],
     ids=["lens", "drilled ellipsoid", "cut hyperboloid"],
 )
-def test_glass_is_invisible_under_an_even_sky(load: Load, renderer: ref.Renderer, solid: str) -> None:
-    """It would not be, were one of its surfaces missing, there twice, or turned inside out."""
+def test_glass_is_invisible_in_a_constant_environment(load: Load, renderer: ref.Renderer, solid: str) -> None:
+    """It would be visible if a surface were missing, doubled, or turned inside out."""
     head = HEAD.replace('value="3"/></integrator>', 'value="100"/><integer name="rr_depth" value="200"/></integrator>')
     image = np.array(renderer.mi.render(load('<emitter type="constant"/>' + solid, head), spp=256))
     assert np.abs(image.mean() - 1.0) < 5e-4
@@ -562,8 +566,8 @@ def test_normals_are_shown_as_colour(load: Load, renderer: ref.Renderer, body: s
     assert np.abs(image.reshape(-1, 3) - expected)[steep].max() < 0.02
 
 
-def test_normals_are_shown_on_both_sides_and_light_what_is_around(load: Load, renderer: ref.Renderer) -> None:
-    """A rectangle seen from behind, and a white floor before it that only it lights."""
+def test_normals_are_shown_on_both_sides_and_light_other_surfaces(load: Load, renderer: ref.Renderer) -> None:
+    """A rectangle seen from behind, and a white floor in front of it without any other light."""
     away = '<transform name="to_world"><rotate y="1" angle="180"/><translate z="-1"/></transform>'
     floor = """<shape type="rectangle"><bsdf type="diffuse"><rgb name="reflectance" value="1, 0.9, 0.8"/></bsdf>
       <transform name="to_world"><rotate x="1" angle="-90"/><translate y="-1" z="0.5"/></transform></shape>"""
@@ -592,7 +596,7 @@ BALL_BY_POINT = POINT + sphere_xml(*A, '<bsdf type="diffuse"/>')
         (BY_PTRACER, {"photons_by": "path"}, "path"),
     ],
 )
-def test_photon_mapping_is_an_integrator_of_the_same_depths(
+def test_photon_mapping_becomes_an_integrator_with_the_same_path_limits(
     load: Load, renderer: ref.Renderer, before: str, params: dict[str, str], plugin: str
 ) -> None:
     ours = load(BALL_BY_POINT, HEAD.replace(PATH, before + PHOTONS), **params)
@@ -602,7 +606,7 @@ def test_photon_mapping_is_an_integrator_of_the_same_depths(
     assert str(same.integrator()) != str(other.integrator())
 
 
-def test_provenance_says_what_stood_in_for_photons(renderer: ref.Renderer, tiny: Path) -> None:
+def test_provenance_names_the_stand_in_for_photons(renderer: ref.Renderer, tiny: Path) -> None:
     path = '"path"><integer name="max_depth" value="3"/></integrator>'
     assert path in tiny.read_text()
     tiny.write_text(tiny.read_text().replace(path, path.replace("path", "photonmapper")))
@@ -611,7 +615,7 @@ def test_provenance_says_what_stood_in_for_photons(renderer: ref.Renderer, tiny:
     assert found == ["photonmapper: ptracer, which shows mirrors and glass black"]
 
 
-def test_the_path_tracer_for_photons_sees_through_masks(load: Load, renderer: ref.Renderer) -> None:
+def test_the_path_tracer_for_photons_supports_masks(load: Load, renderer: ref.Renderer) -> None:
     scene = load(csg_xml("union", sphere_xml(*A)), HEAD.replace(PATH, PHOTONS))
     assert isinstance(scene.integrator(), type(renderer.mi.load_dict({"type": "volpath"})))
 
@@ -619,7 +623,7 @@ def test_the_path_tracer_for_photons_sees_through_masks(load: Load, renderer: re
 # --- scenes ---------------------------------------------------------------------------------------------------------------
 
 
-def test_parameters_includes_and_references_go_on_working(load: Load, renderer: ref.Renderer, tmp_path: Path) -> None:
+def test_parameters_includes_and_references_still_work(load: Load, renderer: ref.Renderer, tmp_path: Path) -> None:
     (tmp_path / "part.xml").write_text(
         '<scene version="3.0.0"><shape type="ellipsoid"><vector name="radii" value="$size"/>'
         '<point name="center" value="0, 0, -3"/><ref id="paint"/></shape></scene>'
@@ -640,7 +644,7 @@ def test_a_scene_of_version_0_6_is_upgraded_first(load: Load, renderer: ref.Rend
     assert found["t"][0] == pytest.approx(3.0, rel=1e-6)
 
 
-def test_provenance_says_what_stood_in(renderer: ref.Renderer, tiny: Path, tmp_path: Path) -> None:
+def test_provenance_names_the_stand_ins(renderer: ref.Renderer, tiny: Path, tmp_path: Path) -> None:
     def recorded() -> dict[str, Any]:
         ref.make_reference(renderer, tiny, tmp_path / "out", "command", samples=4, batches=2)
         return tomllib.loads((tmp_path / "out" / "PROVENANCE.toml").read_text())
@@ -661,7 +665,7 @@ def test_provenance_says_what_stood_in(renderer: ref.Renderer, tiny: Path, tmp_p
 
 
 def test_the_scalar_variant_renders_the_same(renderer: ref.Renderer, tmp_path: Path) -> None:
-    """With everything that is written in Python, since there each call is of numbers instead of arrays."""
+    """The scene uses everything that is written in Python: in the scalar variant, each call takes numbers instead of arrays."""
     shapes = """<shape type="ellipsoid"><vector name="radii" value="0.3, 0.4, 0.5"/><point name="center" value="-1, 0, 1"/>
       <bsdf type="phong"/></shape>
       <shape type="sphere"><point name="center" value="-0.5, 0.8, 1"/><float name="radius" value="0.3"/>
@@ -684,7 +688,7 @@ def test_the_scalar_variant_renders_the_same(renderer: ref.Renderer, tmp_path: P
     command = [sys.executable, "-c", program, str(path), str(tmp_path / "scalar.npy")]
     subprocess.run(command, check=True, cwd=ref.ROOT / "scripts", env={"PATH": "/usr/bin:/bin"}, capture_output=True)
     images = [ref.render_batches(renderer, path, 256, 4).images, np.load(tmp_path / "scalar.npy")]
-    # Bounded, so that the lamp does not drown the rest.
+    # Values are clamped, so that the lamp does not dominate the mean.
     means = [np.minimum(batches, 1.0).mean(axis=(1, 2)) for batches in images]
     error = np.sqrt(sum(m.var(axis=0, ddof=1) for m in means) / 4)
     assert (np.abs(means[0].mean(axis=0) - means[1].mean(axis=0)) <= 6.0 * error + 5e-3 * means[0].mean(axis=0)).all()
@@ -708,10 +712,10 @@ def absorbing(kind: str) -> str:
         ('<shape type="ellipsoid"><vector name="radii" value="1, 2, 0.5"/>', 1.0),
     ],
 )
-def test_glass_absorbs_after_beer_and_lambert(
+def test_glass_absorbs_by_the_law_of_beer_and_lambert(
     renderer: ref.Renderer, tmp_path: Path, kind: str, shape: str, distance: float
 ) -> None:
-    """Straight through, in a white sky: R + (1 - R)^2 a / (1 - R a) with a = exp(-absorption distance)."""
+    """At normal incidence in a white environment: R + (1 - R)^2 a / (1 - R a), a = exp(-absorption distance)."""
     path = tmp_path / "scene.xml"
     head = HEAD.replace('name="fov" value="40"', 'name="fov" value="0.01"').replace('value="3"', 'value="20"')
     path.write_text(head + f'<emitter type="constant"/>{shape}{absorbing(kind)}</shape></scene>')
@@ -742,8 +746,8 @@ def uses_ours(scene: Path) -> bool:
 
 
 @pytest.mark.parametrize("scene", [s for s in ref.all_scenes() if not uses_ours(s)], ids=lambda scene: scene.stem)
-def test_scenes_without_our_plugins_are_left_alone(renderer: ref.Renderer, scene: Path) -> None:
-    """Upgrading twice and looking for our plugins changes no node of what Mitsuba instantiates."""
+def test_scenes_without_our_plugins_are_unchanged(renderer: ref.Renderer, scene: Path) -> None:
+    """Inserting stand-ins, and upgrading twice, changes no node that Mitsuba instantiates."""
     mi = renderer.mi
     texts = []
     for ours in (False, True):
@@ -761,45 +765,45 @@ def test_scenes_without_our_plugins_are_left_alone(renderer: ref.Renderer, scene
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        ('<shape type="plane"><emitter type="area"/></shape>', "plane: an infinite light"),
+        ('<shape type="plane"><emitter type="area"/></shape>', "plane: no stand-in for an infinite area light"),
         ('<shape type="ellipsoid"><vector name="radii" value="1, 0, 1"/></shape>', "a radius is not positive"),
         ('<shape type="ellipsoid"><float name="radus" value="2"/></shape>', "radus"),
         ('<shape type="cone"><float name="radus" value="2"/></shape>', "radus"),
         ('<shape type="cone"><float name="height" value="-1"/></shape>', "a length is not positive"),
         ('<shape type="hyperboloid"><integer name="sheets" value="3"/></shape>', "1 or 2 sheets"),
         ('<shape type="hyperboloid"><float name="axis" value="2"/><integer name="sheets" value="2"/></shape>', "neither of"),
-        ('<shape type="triangle"><point name="p0" value="1"/></shape>', "needs p0, p1, p2"),
+        ('<shape type="triangle"><point name="p0" value="1"/></shape>', "needs p0, p1 and p2"),
         (f'<shape type="quadric"><string name="coefficients" value="1, 2"/>{BOX}</shape>', "ten coefficients"),
         (f'<shape type="quadric"><string name="coefficients" value="1, z"/>{BOX}</shape>', "quadric: could not convert"),
         ('<shape type="cone"><transform name="to_world"><scale x="0"/></transform></shape>', "cone: Singular matrix"),
         (csg_xml("union", '<shape type="cube"><transform name="to_world"><scale x="0"/></transform></shape>'), "cube: Singular"),
         (f'<shape type="quadric">{quadric_xml([1, 1, 1, 0, 0, 0, 0, 0, 0, 1])}</shape>', "no surface in its box"),
         ('<shape type="kcply"/>', "needs a filename"),
-        (csg_xml("xor", sphere_xml(*A)), "no operation is called 'xor'"),
-        (csg_xml("union"), "csg: holds shapes"),
-        (csg_xml("union", sphere_xml(*A), '<float name="radius" value="1"/>'), "csg: holds shapes"),
-        (csg_xml("union", '<shape type="disk"/>'), "disk: as an operand"),
-        (csg_xml("union", sphere_xml(*A, '<emitter type="area"/>')), "an operand that shines"),
-        (csg_xml("union", sphere_xml(*A)) + '<integrator type="depth"/>', "depth: does not see the masks and media"),
-        ('<shape type="sphere"><bsdf type="twosided"><bsdf type="normals"/></bsdf></shape>', "normals inside another"),
+        (csg_xml("xor", sphere_xml(*A)), "unknown operation 'xor'"),
+        (csg_xml("union"), "csg: may contain only shapes"),
+        (csg_xml("union", sphere_xml(*A), '<float name="radius" value="1"/>'), "csg: may contain only shapes"),
+        (csg_xml("union", '<shape type="disk"/>'), "disk: no stand-in for it as an operand"),
+        (csg_xml("union", sphere_xml(*A, '<emitter type="area"/>')), "an operand with an emitter"),
+        (csg_xml("union", sphere_xml(*A)) + '<integrator type="depth"/>', "depth: does not support the masks and media"),
+        ('<shape type="sphere"><bsdf type="twosided"><bsdf type="normals"/></bsdf></shape>', "normals inside another bsdf"),
         (
             '<shape type="sphere"><bsdf type="normals"/></shape>'
             '<integrator type="path"><boolean name="hide_emitters" value="true"/></integrator>',
             "hide_emitters",
         ),
         ('<shape type="sphere"><bsdf type="phong"><rgb name="ambient" value="0.1"/></bsdf></shape>', "ambient"),
-        (csg_xml("union", absorbing("dielectric"), sphere_xml(*A)), "csg: in a csg, glass that absorbs"),
-        (csg_xml("union", sphere_xml(*A, absorbing("schlick")), sphere_xml(*B)), "sphere: in a csg, glass that absorbs"),
+        (csg_xml("union", absorbing("dielectric"), sphere_xml(*A)), "csg: no stand-in for absorbing glass in"),
+        (csg_xml("union", sphere_xml(*A, absorbing("schlick")), sphere_xml(*B)), "sphere: no stand-in for absorbing"),
         (
             f'<shape type="sphere"><bsdf type="blendbsdf"><bsdf type="diffuse"/>{absorbing("dielectric")}</bsdf></shape>',
-            "blendbsdf: glass that absorbs inside another bsdf",
+            "blendbsdf: no stand-in for absorbing glass inside another bsdf",
         ),
-        (f'<shape type="sphere">{absorbing("dielectric")}</shape><integrator type="depth"/>', "depth: does not see the masks"),
-        ('<default name="photons_by" value="bdpt"/><integrator type="photonmapper"/>', "'bdpt' cannot stand in for it; path and"),
-        ('<shape type="sphere"><bsdf type="normals"/></shape><integrator type="ptracer"/>', "ptracer: traces no light"),
+        (f'<shape type="sphere">{absorbing("dielectric")}</shape><integrator type="depth"/>', "depth: does not support"),
+        ('<default name="photons_by" value="bdpt"/><integrator type="photonmapper"/>', "unknown stand-in 'bdpt'; known: path"),
+        ('<shape type="sphere"><bsdf type="normals"/></shape><integrator type="ptracer"/>', "ptracer: does not trace light"),
     ],
 )
-def test_what_has_no_stand_in_is_one_line(renderer: ref.Renderer, tmp_path: Path, body: str, message: str) -> None:
+def test_faults_and_missing_stand_ins_are_one_line(renderer: ref.Renderer, tmp_path: Path, body: str, message: str) -> None:
     path = tmp_path / "scene.xml"
     head = HEAD.replace(HEAD.splitlines()[1], "") if "<integrator" in body else HEAD
     path.write_text(head + body + "</scene>")

@@ -1,4 +1,4 @@
-"""Newell's patches, the open teapot as he made it, and the closed one."""
+"""Newell's patches, the open teapot that consists of them, and the closed teapot."""
 
 import math
 from collections import Counter
@@ -20,7 +20,7 @@ Indices = NDArray[np.int64]
 
 @dataclass
 class Solid:
-    """Triangles read from a file: per vertex a position and perhaps a normal."""
+    """Triangles read from a file; each vertex has a position, and a normal if the file has normals."""
 
     positions: Array
     faces: Indices
@@ -30,18 +30,18 @@ class Solid:
         return self.positions[self.faces]
 
     def facets(self) -> Array:
-        """The faces' normals, as long as twice their areas."""
+        """The normals of the faces; their lengths are twice the areas."""
         a, b, c = self.corners().transpose(1, 0, 2)
         return np.cross(b - a, c - a)
 
     def welded(self) -> Indices:
-        """The faces, vertices at one position counted as one."""
+        """The faces after welding vertices at the same position."""
         _, index = np.unique(self.positions, axis=0, return_inverse=True)
         return index.reshape(-1)[self.faces]
 
 
 def read_ply(name: str) -> Solid:
-    """A binary PLY with positions and normals."""
+    """Read a binary PLY file with positions and normals."""
     header, body = (MESHES / name).read_bytes().split(b"end_header\n", 1)
     counts = [int(line.split()[2]) for line in header.decode().splitlines() if line.startswith("element")]
     vertices = np.frombuffer(body, "<f4", 6 * counts[0]).reshape(-1, 6).astype(float)
@@ -52,7 +52,7 @@ def read_ply(name: str) -> Solid:
 
 
 def read_kcply(name: str) -> tuple[Solid, int]:
-    """A kcply file, and from which number it counts its vertices."""
+    """Read a kcply file; returns the mesh and the smallest vertex index."""
     lines = (MESHES / name).read_text().splitlines()
     assert lines[0] == "kcply"
     vertices, faces = int(lines[1].removeprefix("element vertex ")), int(lines[2].removeprefix("element face "))
@@ -86,8 +86,8 @@ def test_there_are_32_patches() -> None:
     assert all(patch.shape == (4, 4, 3) for _, patch in teapot.patches())
 
 
-def test_the_teapot_is_its_own_mirror_image() -> None:
-    """Under y -> -y each patch becomes another one, its control points in some order."""
+def test_the_teapot_is_symmetric() -> None:
+    """The reflection y -> -y maps each patch to a patch of the teapot, with its control points in any order."""
 
     def points(patch: Array, y: float) -> tuple[tuple[float, ...], ...]:
         return tuple(sorted(tuple(point) for point in (patch * (1.0, y, 1.0) + 0.0).reshape(-1, 3).tolist()))
@@ -97,7 +97,7 @@ def test_the_teapot_is_its_own_mirror_image() -> None:
 
 
 def test_patches_share_their_edges() -> None:
-    """Of 128 edges, 8 are poles, 16 are open (rim, lid, and both ends of handle and spout), the others meet in pairs."""
+    """Of 128 edges, 8 are poles and 16 are open (rim, lid, both ends of handle and spout); the others are pairs."""
     edges: Counter[tuple[tuple[float, ...], ...]] = Counter()
     poles = 0
     for _, patch in teapot.patches():
@@ -112,7 +112,7 @@ def test_patches_share_their_edges() -> None:
 
 
 def test_bounding_box() -> None:
-    """The tip of the spout is the greatest value of the cubic with coefficients 3.3, 3.525, 3.45, 3.2."""
+    """The tip of the spout is the maximum of the cubic with coefficients 3.3, 3.525, 3.45, 3.2."""
     t = (0.6 - math.sqrt(0.2475)) / 0.25
     tip = 3.3 * (1 - t) ** 3 + 3 * 3.525 * t * (1 - t) ** 2 + 3 * 3.45 * t**2 * (1 - t) + 3.2 * t**3
     grid = np.linspace(0.0, 1.0, 51)
@@ -122,7 +122,7 @@ def test_bounding_box() -> None:
 
 
 @pytest.mark.parametrize("k", range(32))
-def test_points_and_normals_against_de_casteljau(k: int) -> None:
+def test_points_and_normals_agree_with_de_casteljau(k: int) -> None:
     part, patch = teapot.patches()[k]
     for u, v in np.random.default_rng(k).uniform(0.01, 0.99, (8, 2)):
         point, normal = teapot.evaluate(patch, u, v)
@@ -152,7 +152,7 @@ def test_normals_at_the_poles() -> None:
 
 @pytest.mark.parametrize(("name", "quads"), OPEN.items())
 def test_open_edges(name: str, quads: int) -> None:
-    """The rim and the lid are open along four patches each, the handle and the spout at both ends along two."""
+    """The rim and the lid are open along four patches each; the handle and the spout along two patches at each end."""
     mesh = read_ply(f"teapot-{name}.ply")
     edges = directed_edges(mesh.faces)
     lengths = sorted(len(loop) for loop in loops(mesh.faces))
@@ -173,7 +173,7 @@ def test_kcply_and_ply_are_the_same_triangles(name: str, first: int) -> None:
 
 @pytest.mark.parametrize(("name", "least"), [("coarse", 0.2), ("fine", 0.35), ("closed", 0.35)])
 def test_normals_are_unit_and_agree_with_the_faces(name: str, least: float) -> None:
-    """The lip of the spout bends so sharply that a facet leans up to 78 degrees (coarse) or 68 from a corner's normal."""
+    """At the sharp lip of the spout, a facet and a vertex normal differ by up to 78 degrees (coarse) or 68 degrees."""
     mesh = read_ply(f"teapot-{name}.ply")
     facets = mesh.facets()
     cosines = np.einsum("fck,fk->fc", mesh.normals[mesh.faces], facets) / np.linalg.norm(facets, axis=1)[:, None]
@@ -197,7 +197,7 @@ def test_closed_is_watertight_and_oriented(closed: Solid) -> None:
 
 
 def test_closed_is_one_piece_with_one_handle(closed: Solid) -> None:
-    """Euler's number V - E + F is 2 - 2 genus, and each vertex has one fan of triangles around it."""
+    """Euler's number V - E + F equals 2 - 2 genus, and the triangles around each vertex form one fan."""
     faces = closed.welded()
     label = np.arange(faces.max() + 1)
     for _ in range(len(label)):
@@ -221,7 +221,7 @@ def test_closed_is_one_piece_with_one_handle(closed: Solid) -> None:
 
 
 def test_closed_does_not_intersect_itself(closed: Solid) -> None:
-    """No edge of a triangle pierces another triangle that it shares no vertex with."""
+    """No edge of a triangle crosses a triangle with which it has no common vertex."""
     corners, faces = closed.corners(), closed.welded()
     low, high = corners.min(axis=1), corners.max(axis=1)
     pairs = []
@@ -233,11 +233,11 @@ def test_closed_does_not_intersect_itself(closed: Solid) -> None:
     assert len(pairs) > 1000
     for side in range(3):
         start, end = corners[edge_of, side], corners[edge_of, (side + 1) % 3]
-        assert not pierces(start, end, corners[triangle]).any()
+        assert not crosses(start, end, corners[triangle]).any()
 
 
-def pierces(start: Array, end: Array, triangle: Array) -> NDArray[np.bool_]:
-    """Whether segments cross triangles, from the signs of the volumes of the tetrahedra they span."""
+def crosses(start: Array, end: Array, triangle: Array) -> NDArray[np.bool_]:
+    """Whether segments cross triangles, from the signs of the volumes of tetrahedra."""
 
     def volume(a: Array, b: Array, c: Array, d: Array) -> Array:
         return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)
@@ -248,7 +248,7 @@ def pierces(start: Array, end: Array, triangle: Array) -> NDArray[np.bool_]:
 
 
 def winding_number(points: Array, corners: Array) -> Array:
-    """How often a surface winds around points: the solid angle of its triangles over 4 pi."""
+    """The winding number of a surface around points: the solid angle of its triangles over 4 pi."""
     total = np.zeros(len(points))
     for k, point in enumerate(points):
         a, b, c = (corners - point).transpose(1, 0, 2)
@@ -259,8 +259,8 @@ def winding_number(points: Array, corners: Array) -> Array:
     return total
 
 
-def test_closed_has_glass_on_one_side_of_each_face_only(closed: Solid) -> None:
-    """Just under a face the surface winds around once, just above it not at all: no wall stands inside."""
+def test_closed_has_glass_on_exactly_one_side_of_each_face(closed: Solid) -> None:
+    """The winding number is 1 just below a face and 0 just above it, so there are no walls inside."""
     corners, facets = closed.corners(), closed.facets()
     centres = corners.mean(axis=1)[::11]
     out = 1e-6 * (facets / np.linalg.norm(facets, axis=1)[:, None])[::11]
@@ -284,7 +284,7 @@ def loops(faces: Indices) -> list[list[int]]:
 
 
 def columns(corners: Array, rays: Array) -> list[Array]:
-    """The heights at which vertical lines through (x, y) cross triangles, ascending."""
+    """The ascending heights at which vertical lines through points (x, y) cross triangles."""
     a, b, c = corners.transpose(1, 0, 2)
     crossings = []
     for ray in rays:
@@ -298,10 +298,11 @@ def columns(corners: Array, rays: Array) -> list[Array]:
 
 
 def test_closed_volume_is_that_of_the_union_of_the_parts(closed: Solid) -> None:
-    """Against the length inside any part of 4096 vertical lines, two at random in each of 64 x 32 cells.
+    """Compared with an estimate from 4096 vertical lines, two at random positions in each of 64 x 32 cells.
 
-    The parts are those of the open teapot, each closed by cones over its open edges. Dropping vertices may move the
-    surface, of less than 60 square units, by `TOLERANCE`; what the handle gains under the pot's skin is smaller still.
+    The estimate uses the length of each line inside any part. The parts are those of the open teapot, closed by cones over their
+    open edges. The simplification may move the surface, whose area is less than 60, by `TOLERANCE`. The extension of the handle
+    changes the volume by less than that.
     """
     parts = []
     for names in (teapot.POT, teapot.LID, teapot.HANDLE, teapot.SPOUT):
@@ -337,7 +338,7 @@ def signed_volume(corners: Array) -> float:
 
 
 def test_closed_has_the_normals_of_the_patches(closed: Solid) -> None:
-    """Each vertex of the fine open teapot that is a vertex of the closed one has its normal there, on one side of a crease."""
+    """Where the fine open teapot and the closed one share a vertex, one of the normals of the closed one is the same."""
     fine = read_ply("teapot-fine.ply")
     copies: dict[tuple[float, ...], list[Array]] = {}
     for position, normal in zip(closed.positions.tolist(), closed.normals, strict=True):
@@ -349,8 +350,8 @@ def test_closed_has_the_normals_of_the_patches(closed: Solid) -> None:
     assert smooth > 0.9 * len(common)
 
 
-def test_closed_shows_no_cap_but_the_mouth(closed: Solid) -> None:
-    """What is flat faces up: the ring around the lid, and the mouth of the spout but for its centre, which is dropped."""
+def test_only_the_ring_and_the_mouth_of_closed_are_flat(closed: Solid) -> None:
+    """The flat faces point upwards: the ring around the lid and the mouth of the spout, whose centre is dropped."""
     normals = closed.normals[closed.faces]
     flat = normals[np.abs(normals - normals[:, :1]).max(axis=(1, 2)) < 1e-6]
     assert len(flat) == 80 + 18

@@ -5,7 +5,7 @@ use crate::{
     math::{PerSolidAngle, Rgb},
     scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
     shape::Surface,
-    texture::Texture,
+    texture::{Texture, TextureModel as _},
 };
 
 /// A mixture of two BSDFs: `(1 - weight)` of the first and `weight` of the second, in all channels the same.
@@ -61,6 +61,8 @@ impl Blend {
     }
 }
 
+/// Every method is written out, so that a new one is not answered by its default.
+#[deny(clippy::missing_trait_methods)]
 impl BsdfModel for Blend {
     fn is_smooth(&self) -> bool {
         self.bsdfs.iter().any(Bsdf::is_smooth)

@@ -10,7 +10,7 @@ use super::{
 use crate::{
     math::{PerSolidAngle, Rgb},
     scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, Value},
-    texture::Texture,
+    texture::{Texture, TextureModel as _},
 };
 
 /// A smooth interface of two transparent media. The inside is below the normal. Radiance that crosses is scaled by the

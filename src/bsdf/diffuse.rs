@@ -6,7 +6,7 @@ use super::{BsdfModel, Lobe, Query, Sample};
 use crate::{
     math::{PerSolidAngle, Rgb, cos_theta, warp},
     scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
-    texture::Texture,
+    texture::{Texture, TextureModel as _},
 };
 
 /// Lambert's ideally diffuse surface, `f = ρ / π` on the side of its normal, black on the other.

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::{Bsdf, BsdfModel as _, Lobe, Query, TransportMode, fresnel};
 use crate::{
-    law::{Effort, Finding, Law, worst},
+    law::{Check, Effort, Finding, Law, worst},
     math::{Rgb, rng::Stream, warp},
     scene_file::xml,
     stats::{Chi2, Ks},
@@ -18,71 +18,76 @@ pub const LAWS: &[Law] = &[
         name: "bsdf/chi2",
         claim: "Directions are drawn with the pdf that the BSDF states, and those it loses are accounted for.",
         source: "Pearson's chi-square of a histogram against the integrated pdf; pooled cells are tested too",
-        check: chi2,
+        check: Check::Analytic(chi2),
     },
     Law {
         name: "bsdf/unit-length",
         claim: "Drawn directions have unit length.",
         source: "definition; catches a wrong radial warp, which a test of directions alone cannot see",
-        check: unit_length,
+        check: Check::Analytic(unit_length),
     },
-    Law { name: "bsdf/weight", claim: "A sample's weight is eval_cos / pdf.", source: "definition", check: weight },
+    Law {
+        name: "bsdf/weight",
+        claim: "A sample's weight is eval_cos / pdf.",
+        source: "definition",
+        check: Check::Analytic(weight),
+    },
     Law {
         name: "bsdf/energy",
         claim: "No more light leaves than arrives: the excess of the directional albedo over 1, per channel, towards the camera.",
         source: "conservation of energy; metal is not reciprocal, and its adjoint exceeds 1 at grazing incidence",
-        check: energy,
+        check: Check::Analytic(energy),
     },
     Law {
         name: "bsdf/reciprocity",
         claim: "f(wi, wo) = f(wo, wi); for refraction, f / eta² is symmetric, and flux is the adjoint of radiance.",
         source: "Helmholtz; Veach 1997, section 5.2",
-        check: reciprocity,
+        check: Check::Analytic(reciprocity),
     },
     Law {
         name: "bsdf/rough-albedo",
         claim: "White metal of roughness 0.3 reflects 0.87735842 at normal incidence with GGX, 0.99975237 with Beckmann.",
         source: "∫ D(m) G₁(2θ) cos θ dm, one-dimensional quadrature of Walter et al. 2007 at normal incidence",
-        check: rough_albedo,
+        check: Check::Analytic(rough_albedo),
     },
     Law {
         name: "bsdf/phong",
         claim: "The lobe of the modified Phong model has the directional albedo of its closed form at exponents 1, 10 and 50 and \
                 five angles, and the white-sky albedo that follows.",
         source: "by Stokes' theorem, with a recursion over the exponent; equal to a two-dimensional quadrature to 1e-9",
-        check: phong,
+        check: Check::Analytic(phong),
     },
     Law {
         name: "bsdf/metal",
         claim: "Fuzzy metal has the pdf and the distribution of their closed forms, at roughness below and above 1, and the \
                 directional albedo at roughness up to 1.",
         source: "the ball's volume by direction: ∫ s² ds along chords; below the horizon, the volume of a cap",
-        check: metal,
+        check: Check::Analytic(metal),
     },
     Law {
         name: "fresnel/schlick",
         claim: "Schlick's approximation is off by 0.035693 at most at an index of 1.5, at 84.975 degrees, by as much from inside, \
                 by 0.059924 at 1.33 and 0.074036 at 2.4; its cosine-weighted mean is R0 + (1 - R0) / 21.",
         source: "scan of the difference to Fresnel's equations; closed form of the mean",
-        check: schlick,
+        check: Check::Analytic(schlick),
     },
     Law {
         name: "fresnel/table",
         claim: "Fresnel reflectance at an index of 1.5: normal 0.04, Brewster's angle, 45, 60, 75, 85 degrees, total reflection.",
         source: "Born and Wolf 1999, section 1.5; numbers by independent evaluation to 8 digits",
-        check: fresnel_table,
+        check: Check::Analytic(fresnel_table),
     },
     Law {
         name: "fresnel/hemispherical",
         claim: "Cosine-weighted Fresnel reflectance of an index of 1.5: 0.09177796 from outside, 0.59634576 from inside.",
         source: "closed form from outside; from inside 1 - (1 - R) / n², by étendue",
-        check: fresnel_hemispherical,
+        check: Check::Analytic(fresnel_hemispherical),
     },
     Law {
         name: "fresnel/conductor",
         claim: "Conductor reflectance matches the complex-index form, and gold at normal incidence is (.967, .802, .324).",
         source: "Born and Wolf 1999, section 14.2; R = ((n-1)² + k²) / ((n+1)² + k²)",
-        check: fresnel_conductor,
+        check: Check::Analytic(fresnel_conductor),
     },
 ];
 

@@ -6,7 +6,7 @@ use super::{BsdfModel, Lobe, Query, Sample, TransportMode, reflect};
 use crate::{
     math::{Frame, PerSolidAngle, Rgb, cos_theta, warp},
     scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
-    texture::Texture,
+    texture::{Texture, TextureModel as _},
 };
 
 /// A mirror with fuzz: light goes where a path from the camera is sent by `r + ρ u`, with `r` the mirror direction,

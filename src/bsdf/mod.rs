@@ -29,6 +29,7 @@ pub use phong::Phong;
 pub use roughconductor::RoughConductor;
 pub use twosided::TwoSided;
 
+use enum_dispatch::enum_dispatch;
 use glam::{DVec2, DVec3};
 
 use crate::{
@@ -85,6 +86,7 @@ pub struct Sample {
 }
 
 /// The interface of all BSDFs.
+#[enum_dispatch]
 pub trait BsdfModel {
     /// Whether it has a component that is not a delta direction, so that emitter sampling can find light.
     fn is_smooth(&self) -> bool;
@@ -145,9 +147,9 @@ pub trait BsdfModel {
     }
 }
 
-catalogue! { ($)
+catalogue! {
     /// A material.
-    pub enum Bsdf in Category::Bsdf, each_bsdf {
+    pub enum Bsdf: BsdfModel in Category::Bsdf, {
         /// Diffuse reflection after Lambert.
         Diffuse(Diffuse),
         /// Smooth glass.
@@ -170,66 +172,6 @@ catalogue! { ($)
         Null(Null),
         /// The shading normal as a colour.
         Normals(Normals),
-    }
-}
-
-impl BsdfModel for Bsdf {
-    #[inline]
-    fn is_smooth(&self) -> bool {
-        each_bsdf!(self, bsdf => bsdf.is_smooth())
-    }
-
-    #[inline]
-    fn eval_cos(&self, query: &Query, wo: DVec3) -> Rgb {
-        each_bsdf!(self, bsdf => bsdf.eval_cos(query, wo))
-    }
-
-    #[inline]
-    fn pdf(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
-        each_bsdf!(self, bsdf => bsdf.pdf(query, wo))
-    }
-
-    #[inline]
-    fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<Sample> {
-        each_bsdf!(self, bsdf => bsdf.sample(query, u1, u2))
-    }
-
-    fn albedo(&self, uv: DVec2) -> Rgb {
-        each_bsdf!(self, bsdf => bsdf.albedo(uv))
-    }
-
-    #[inline]
-    fn is_glossy(&self) -> bool {
-        each_bsdf!(self, bsdf => bsdf.is_glossy())
-    }
-
-    #[inline]
-    fn has_delta(&self) -> bool {
-        each_bsdf!(self, bsdf => bsdf.has_delta())
-    }
-
-    fn transmits(&self) -> bool {
-        each_bsdf!(self, bsdf => bsdf.transmits())
-    }
-
-    fn is_interface(&self) -> bool {
-        each_bsdf!(self, bsdf => bsdf.is_interface())
-    }
-
-    fn absorption(&self) -> Rgb {
-        each_bsdf!(self, bsdf => bsdf.absorption())
-    }
-
-    fn straight_transmittance(&self, query: &Query) -> Option<Rgb> {
-        each_bsdf!(self, bsdf => bsdf.straight_transmittance(query))
-    }
-
-    fn has_self_emission(&self) -> bool {
-        each_bsdf!(self, bsdf => bsdf.has_self_emission())
-    }
-
-    fn self_emission(&self, surface: &Surface, is_front: bool) -> Rgb {
-        each_bsdf!(self, bsdf => bsdf.self_emission(surface, is_front))
     }
 }
 

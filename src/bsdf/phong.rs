@@ -7,7 +7,7 @@ use crate::{
     math::{Frame, PerSolidAngle, Rgb, cos_theta, warp},
     scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
     shape::Surface,
-    texture::Texture,
+    texture::{Texture, TextureModel as _},
 };
 
 /// The modified Phong model: `f = kd / π + ks (n + 2) / 2π cosⁿ α`, with `α` the angle to the mirror direction, over the

@@ -8,7 +8,7 @@ use super::{
 use crate::{
     math::{PerSolidAngle, Rgb, cos_theta},
     scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
-    texture::Texture,
+    texture::{Texture, TextureModel as _},
 };
 
 /// A rough metal: mirrors in all directions around the normal, each a smooth conductor, with Smith's masking and

@@ -67,6 +67,8 @@ fn flip(v: DVec3, sign: f64) -> DVec3 {
     DVec3::new(v.x, v.y, sign * v.z)
 }
 
+/// Every method is written out, so that a new one is not answered by its default.
+#[deny(clippy::missing_trait_methods)]
 impl BsdfModel for TwoSided {
     fn is_smooth(&self) -> bool {
         self.front.is_smooth() || self.back.is_smooth()
@@ -98,6 +100,23 @@ impl BsdfModel for TwoSided {
 
     fn has_delta(&self) -> bool {
         self.front.has_delta() || self.back.has_delta()
+    }
+
+    fn transmits(&self) -> bool {
+        self.front.transmits() || self.back.transmits()
+    }
+
+    fn is_interface(&self) -> bool {
+        self.front.is_interface() || self.back.is_interface()
+    }
+
+    fn absorption(&self) -> Rgb {
+        self.front.absorption().max(self.back.absorption())
+    }
+
+    fn straight_transmittance(&self, query: &Query) -> Option<Rgb> {
+        let (side, query, _) = self.side(query);
+        side.straight_transmittance(&query)
     }
 
     fn has_self_emission(&self) -> bool {

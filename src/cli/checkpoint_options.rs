@@ -10,7 +10,7 @@ use std::{
 use anyhow::Context as _;
 use clap::Args;
 use etendue::{
-    integrator::{IntegratorModel as _, Preprocess},
+    integrator::{IntegratorModel as _, IterationPlan},
     render::{Renderer, checkpoint::Checkpoint},
 };
 
@@ -91,14 +91,14 @@ impl CheckpointOptions {
 
     /// Makes sure that an integrator can do what is asked.
     pub(super) fn check(&self, renderer: &Renderer) -> anyhow::Result<()> {
-        let (name, preprocess) = (renderer.integrator.plugin().name, renderer.integrator.preprocess());
+        let (name, iterations) = (renderer.integrator.plugin().name, renderer.integrator.iterations());
         anyhow::ensure!(
-            self.target_error.is_none() || preprocess != Preprocess::Replicate,
+            self.target_error.is_none() || iterations != IterationPlan::PerReplicate,
             "--target-error: all samples of {name} share what it gathers once, so that their scatter does not tell the error; \
              give --spp or --time"
         );
         anyhow::ensure!(
-            self.shard.is_none() || preprocess != Preprocess::Chain,
+            self.shard.is_none() || iterations != IterationPlan::Chained,
             "--shard: each sample of {name} follows from those before, so that they cannot be taken apart; give each run a \
              seed of its own"
         );

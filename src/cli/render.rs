@@ -3,7 +3,7 @@ use std::{io::IsTerminal as _, path::PathBuf, process::ExitCode, time::Instant};
 use clap::Args;
 use etendue::{
     film::{Film, splats},
-    integrator::{IntegratorModel as _, Preprocess},
+    integrator::{IntegratorModel as _, IntegratorState, IterationPlan},
     render::{
         Renderer, Rendering, Replicate,
         checkpoint::{Checkpoint, RenderRecord, ResourceUse, in_words},
@@ -92,7 +92,7 @@ impl Render {
         let empty = RenderRecord { identity, attributes, goal, taken: RangeSet::new(), cost: ResourceUse::default() };
         let checkpoint = match resumed {
             Some(resumed) => self.continued(resumed, empty, &range, renderer)?,
-            None => Checkpoint { record: empty, film: renderer.film(), state: Vec::new() },
+            None => Checkpoint { record: empty, film: renderer.film(), state: IntegratorState::Empty },
         };
         let ranges = checkpoint.record.taken.gaps(&range).collect();
         let Checkpoint { record, film, state } = checkpoint;
@@ -120,9 +120,9 @@ impl Render {
             in_words(&there),
             in_words(std::slice::from_ref(range))
         );
-        let is_chained = renderer.integrator.preprocess() == Preprocess::Chain;
+        let is_chained = renderer.integrator.iterations() == IterationPlan::Chained;
         let is_prefix = there.len() <= 1 && there.iter().all(|part| part.start == 0);
-        let follows = !is_chained || is_prefix && there.is_empty() == resumed.state.is_empty();
+        let follows = !is_chained || is_prefix && there.is_empty() == (resumed.state == IntegratorState::Empty);
         anyhow::ensure!(follows, "{file}: has not what the next sample follows from");
         Ok(Checkpoint { record: RenderRecord { taken, cost, ..empty }, ..resumed })
     }
@@ -152,7 +152,7 @@ impl Render {
     }
 
     /// Renders with a progress bar, which is silent when nobody watches.
-    fn gather(&self, renderer: &Renderer, work: Work, plan: &Plan<'_>) -> (End, RenderRecord, Film, Vec<f64>) {
+    fn gather(&self, renderer: &Renderer, work: Work, plan: &Plan<'_>) -> (End, RenderRecord, Film, IntegratorState) {
         let Work { replicate, mut record, film, state, .. } = work;
         let Some(first) = plan.ranges.first() else { return (End::Complete, record, film, state) };
         let bar = progress_bar(renderer, plan, record.goal);
@@ -166,7 +166,7 @@ impl Render {
         let mut keep = |rendering: &Rendering<'_>, taken: &RangeSet<u32>| {
             let Some(file) = self.checkpoint_options.file() else { return };
             // A disk that is full now may have room at the end.
-            if let Err(error) = now(taken).write(file, rendering.film(), &rendering.state()) {
+            if let Err(error) = now(taken).write(file, rendering.film(), rendering.state()) {
                 bar.suspend(|| super::warn(&[error.to_string()]));
             }
         };
@@ -175,7 +175,7 @@ impl Render {
         let notes = rendering.notes();
         notes.facts.iter().for_each(|fact| eprintln!("{fact}"));
         super::warn(&notes.warnings);
-        let state = rendering.state();
+        let state = rendering.state().clone();
         (end, now(&taken), rendering.into_film(), state)
     }
 }
@@ -185,7 +185,7 @@ struct Work {
     replicate: Replicate,
     record: RenderRecord,
     film: Film,
-    state: Vec<f64>,
+    state: IntegratorState,
     /// The samples to take.
     ranges: Vec<std::ops::Range<u32>>,
 }

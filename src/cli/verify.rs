@@ -3,9 +3,9 @@ use std::{io::IsTerminal as _, path::PathBuf, process::ExitCode};
 use anyhow::Context as _;
 use clap::Args;
 use etendue::{
-    evidence::{self, Evidence},
     law::{Effort, Measured},
     report,
+    validation::{self, Evidence},
 };
 use glob::Pattern;
 
@@ -44,7 +44,7 @@ impl Verify {
         };
         // Paths read as they are typed: without a dot in front.
         let root = self.root.strip_prefix(".").unwrap_or(&self.root);
-        let evidence = pool.install(|| evidence::verify(root, &only, effort, &tell))?;
+        let evidence = pool.install(|| validation::verify(root, &only, effort, &tell))?;
         if watched {
             eprint!("\r\x1b[K");
         }

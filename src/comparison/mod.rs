@@ -1,7 +1,6 @@
 //! Our image against another: the verdict of `stats::verdict` and the usual error metrics.
 
 pub mod equivalence;
-pub mod laws;
 mod metrics;
 pub mod pictures;
 mod reference;

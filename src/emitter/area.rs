@@ -7,7 +7,7 @@ use crate::{
     math::{Frame, PerSolidAngle, Ray, Rgb, warp},
     scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
     shape::{Shape, ShapeModel as _, Surface},
-    texture::Texture,
+    texture::{Texture, TextureModel as _},
 };
 
 /// A shape that shines from its surface with the same radiance in all directions, on the side of its normal only.

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::{BoundingSphere, Emission, EmissionTarget, Emitter, EmitterModel as _};
 use crate::{
-    law::{Effort, Finding, Law},
+    law::{Check, Effort, Finding, Law},
     math::{Frame, Ray, Rgb, rng::Stream, warp},
     scene_file::xml,
     shape::Shape,
@@ -20,19 +20,19 @@ pub const LAWS: &[Law] = &[
         name: "emitter/emission",
         claim: "What an emitter sends through a small disc is what is found by seeking the emitter from the disc.",
         source: "both estimate ∫∫ L cos θ dω dA, by samples that have nothing in common",
-        check: emission,
+        check: Check::Analytic(emission),
     },
     Law {
         name: "emitter/power",
         claim: "The mean of what is emitted is the stated power; directions have unit length.",
         source: "closed forms: 4π I, 2π I ∫ falloff sin θ dθ, π L A, and π r² E and 4π² r² L through a ball of radius r",
-        check: power,
+        check: Check::Analytic(power),
     },
     Law {
         name: "emitter/aim",
         claim: "Light that is aimed at a ball is all the light that goes through it; what is aimed hits it.",
         source: "importance sampling leaves means as they are",
-        check: aim,
+        check: Check::Analytic(aim),
     },
 ];
 

@@ -15,6 +15,7 @@ pub use spot::Spot;
 
 use std::f64::consts::PI;
 
+use enum_dispatch::enum_dispatch;
 use glam::{DVec2, DVec3};
 
 use crate::{
@@ -117,6 +118,7 @@ impl EmissionTarget {
 }
 
 /// The interface of all emitters. `shape` is the shape of an area light, and None for other emitters.
+#[enum_dispatch]
 pub trait EmitterModel {
     /// Samples a direction from a point to the emitter; None if the sample carries no light.
     fn sample_direction(&self, shape: Option<&Shape>, from: DVec3, u: DVec2) -> Option<EmitterSample>;
@@ -156,9 +158,9 @@ pub trait EmitterModel {
     fn power(&self, shape: Option<&Shape>, target: &EmissionTarget) -> Rgb;
 }
 
-catalogue! { ($)
+catalogue! {
     /// A light.
-    pub enum Emitter in Category::Emitter, each_emitter {
+    pub enum Emitter: EmitterModel in Category::Emitter, {
         /// An isotropic point light.
         Point(Point),
         /// A spot light.
@@ -169,43 +171,5 @@ catalogue! { ($)
         Area(Area),
         /// A uniform environment.
         Constant(Constant),
-    }
-}
-
-impl EmitterModel for Emitter {
-    #[inline]
-    fn sample_direction(&self, shape: Option<&Shape>, from: DVec3, u: DVec2) -> Option<EmitterSample> {
-        each_emitter!(self, emitter => emitter.sample_direction(shape, from, u))
-    }
-
-    #[inline]
-    fn pdf_direction(&self, shape: Option<&Shape>, from: DVec3, surface: Option<&Surface>) -> PerSolidAngle {
-        each_emitter!(self, emitter => emitter.pdf_direction(shape, from, surface))
-    }
-
-    #[inline]
-    fn surface_radiance(&self, surface: &Surface, towards: DVec3) -> Rgb {
-        each_emitter!(self, emitter => emitter.surface_radiance(surface, towards))
-    }
-
-    fn environment_radiance(&self, direction: DVec3) -> Rgb {
-        each_emitter!(self, emitter => emitter.environment_radiance(direction))
-    }
-
-    fn is_environment(&self) -> bool {
-        each_emitter!(self, emitter => emitter.is_environment())
-    }
-
-    fn is_distant(&self) -> bool {
-        each_emitter!(self, emitter => emitter.is_distant())
-    }
-
-    #[inline]
-    fn emit(&self, shape: Option<&Shape>, target: &EmissionTarget, u: [DVec2; 2]) -> Option<Emission> {
-        each_emitter!(self, emitter => emitter.emit(shape, target, u))
-    }
-
-    fn power(&self, shape: Option<&Shape>, target: &EmissionTarget) -> Rgb {
-        each_emitter!(self, emitter => emitter.power(shape, target))
     }
 }

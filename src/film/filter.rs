@@ -3,9 +3,12 @@
 //! samples, so that they are independent and their variances can be estimated.
 //! Ernst, Stamminger and Greiner 2006, "Filter Importance Sampling".
 
+use enum_dispatch::enum_dispatch;
+
 use crate::scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, catalogue};
 
 /// A separable reconstruction filter, given by its profile along one axis. Lengths are in pixels.
+#[enum_dispatch]
 pub trait FilterModel {
     /// The distance beyond which the profile is zero.
     fn radius(&self) -> f64;
@@ -13,25 +16,15 @@ pub trait FilterModel {
     fn eval(&self, x: f64) -> f64;
 }
 
-catalogue! { ($)
+catalogue! {
     /// A reconstruction filter.
-    pub enum Filter in Category::Filter, each_filter {
+    pub enum Filter: FilterModel in Category::Filter, {
         /// The square of a pixel.
         Box(Box),
         /// A Gaussian.
         Gaussian(Gaussian),
         /// A triangle.
         Tent(Tent),
-    }
-}
-
-impl FilterModel for Filter {
-    fn radius(&self) -> f64 {
-        each_filter!(self, filter => filter.radius())
-    }
-
-    fn eval(&self, x: f64) -> f64 {
-        each_filter!(self, filter => filter.eval(x))
     }
 }
 

@@ -6,7 +6,7 @@ use glam::DVec2;
 
 use super::{FilmPlugin, HdrFilm};
 use crate::{
-    law::{Effort, Finding, Law},
+    law::{Check, Effort, Finding, Law},
     scene_file::xml,
     stats::normal,
 };
@@ -18,14 +18,14 @@ pub const LAWS: &[Law] = &[
         claim: "Positions are drawn around the pixel's centre with the filter as their density; at a border that is not \
                 sampled, its part beyond is cut off.",
         source: "distribution functions of box, triangle and lowered bell in closed form, by the inverse at 2000 points",
-        check: distribution,
+        check: Check::Analytic(distribution),
     },
     Law {
         name: "film/footprint",
         claim: "A pixel's mean position is its centre and the variance is 1/12 for the box, r²/6 for the tent, 0.24857086 for \
                 the default bell.",
         source: "moments of the densities; the bell's by quadrature",
-        check: footprint,
+        check: Check::Analytic(footprint),
     },
 ];
 

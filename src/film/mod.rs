@@ -20,9 +20,9 @@ use smallvec::SmallVec;
 use crate::scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, catalogue};
 use filter::Profile;
 
-catalogue! { ($)
+catalogue! {
     /// A film.
-    pub enum FilmPlugin in Category::Film, each_film {
+    pub enum FilmPlugin in Category::Film, {
         /// High dynamic range, into `OpenEXR` files.
         Hdr(HdrFilm),
     }
@@ -214,6 +214,7 @@ impl FilmPlugin {
     /// The format of the image.
     #[must_use]
     pub fn format(&self) -> &HdrFilm {
-        each_film!(self, film => film)
+        let Self::Hdr(film) = self;
+        film
     }
 }

@@ -1,8 +1,11 @@
-use super::{EyeRay, Integrator, IntegratorModel, Iteration, Notes, Preprocess};
+use super::{
+    CameraRay, Estimator, Integrator, IntegratorModel, IntegratorState, Iteration, IterationPlan, Notes, SampleOutput,
+};
 use crate::{
     bsdf::BsdfModel as _,
     film::{LayerSource, LayerSpec, splats},
-    math::Rgb,
+    math::{Ray, Rgb},
+    photon::radius::PassCounts,
     sampler::PathSampler,
     scene::{Scene, SurfaceInteraction},
     scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
@@ -151,54 +154,74 @@ impl IntegratorModel for Aov {
         self.child.as_ref().map_or(Ok(()), |child| child.check(scene))
     }
 
-    fn preprocess(&self) -> Preprocess {
-        self.child.as_ref().map_or(Preprocess::None, |child| child.preprocess())
-    }
-
-    fn prepared(&self, scene: &Scene, iteration: &Iteration) -> Option<Self> {
-        let child = self.child.as_ref()?.prepared(scene, iteration)?;
-        Some(Self { layers: self.layers.clone(), child: Some(Box::new(child)) })
-    }
-
-    fn state(&self) -> Vec<f64> {
-        self.child.as_ref().map(|child| child.state()).unwrap_or_default()
-    }
-
-    fn restore_state(&mut self, state: Vec<f64>) {
-        if let Some(child) = &mut self.child {
-            child.restore_state(state);
-        }
+    fn iterations(&self) -> IterationPlan {
+        self.child.as_ref().map_or(IterationPlan::Independent, |child| child.iterations())
     }
 
     fn samples(&self) -> Option<u32> {
         self.child.as_ref().and_then(|child| child.samples())
     }
 
-    fn notes(&self) -> Notes {
-        self.child.as_ref().map(|child| child.notes()).unwrap_or_default()
-    }
-
     fn traces_light(&self) -> bool {
         self.child.as_ref().is_some_and(|child| child.traces_light())
     }
 
-    fn light_path(&self, scene: &Scene, sampler: &mut PathSampler, path: &mut splats::Path) {
-        if let Some(child) = &self.child {
-            child.light_path(scene, sampler, path);
-        }
+    fn begin<'s>(
+        &'s self,
+        scene: &'s Scene,
+        iteration: &Iteration,
+        state: &IntegratorState,
+    ) -> Box<dyn Estimator + 's> {
+        let child = self.child.as_ref().map(|child| child.begin(scene, iteration, state));
+        Box::new(AovEstimator { layers: &self.layers, scene, child })
     }
+}
 
-    fn radiance(&self, scene: &Scene, eye: &EyeRay, sampler: &mut PathSampler, layers: &mut [f64]) -> Rgb {
+#[derive(Debug)]
+struct AovEstimator<'s> {
+    layers: &'s [(String, Quantity)],
+    scene: &'s Scene,
+    child: Option<Box<dyn Estimator + 's>>,
+}
+
+impl AovEstimator<'_> {
+    /// Writes the layers of the first surface, and returns those of the child.
+    fn write<'l>(&self, ray: &Ray, layers: &'l mut [f64]) -> &'l mut [f64] {
         let sampled = self.layers.iter().filter(|(_, quantity)| *quantity != Quantity::SampleCount);
         let mut rest = layers;
-        let si = scene.intersect(&eye.ray);
+        let si = self.scene.intersect(ray);
         for (_, quantity) in sampled {
             let (own, others) = rest.split_at_mut(quantity.channels().len());
             if let Some(si) = &si {
-                quantity.write(scene, si, own);
+                quantity.write(self.scene, si, own);
             }
             rest = others;
         }
-        self.child.as_ref().map_or(Rgb::ZERO, |child| child.radiance(scene, eye, sampler, rest))
+        rest
+    }
+}
+
+impl Estimator for AovEstimator<'_> {
+    fn radiance(&self, camera_ray: &CameraRay, sampler: &mut PathSampler, output: &mut SampleOutput<'_>) -> Rgb {
+        let rest = self.write(&camera_ray.ray, output.layers);
+        let Some(child) = &self.child else { return Rgb::ZERO };
+        let mut of_child = SampleOutput::new(rest);
+        let radiance = child.radiance(camera_ray, sampler, &mut of_child);
+        output.photons = of_child.photons;
+        radiance
+    }
+
+    fn light_path(&self, sampler: &mut PathSampler, path: &mut splats::Path) {
+        if let Some(child) = &self.child {
+            child.light_path(sampler, path);
+        }
+    }
+
+    fn next_state(&self, found: &[PassCounts]) -> IntegratorState {
+        self.child.as_ref().map_or(IntegratorState::Empty, |child| child.next_state(found))
+    }
+
+    fn notes(&self) -> Notes {
+        self.child.as_ref().map(|child| child.notes()).unwrap_or_default()
     }
 }

@@ -1,4 +1,4 @@
-use super::{EyeRay, IntegratorModel};
+use super::{CameraRay, Estimator, IntegratorModel, IntegratorState, Iteration, SampleOutput};
 use crate::{
     math::Rgb,
     sampler::PathSampler,
@@ -31,7 +31,18 @@ impl IntegratorModel for Depth {
         false
     }
 
-    fn radiance(&self, scene: &Scene, eye: &EyeRay, _numbers: &mut PathSampler, _layers: &mut [f64]) -> Rgb {
-        Rgb::splat(scene.intersect(&eye.ray).map_or(0.0, |si| si.t))
+    fn begin<'s>(&'s self, scene: &'s Scene, _: &Iteration, _: &IntegratorState) -> Box<dyn Estimator + 's> {
+        Box::new(DepthEstimator { scene })
+    }
+}
+
+#[derive(Debug)]
+struct DepthEstimator<'s> {
+    scene: &'s Scene,
+}
+
+impl Estimator for DepthEstimator<'_> {
+    fn radiance(&self, camera_ray: &CameraRay, _sampler: &mut PathSampler, _output: &mut SampleOutput<'_>) -> Rgb {
+        Rgb::splat(self.scene.intersect(&camera_ray.ray).map_or(0.0, |si| si.t))
     }
 }

@@ -1,11 +1,13 @@
-use super::{EyeRay, HIDE_EMITTERS, IntegratorModel, TRANSPARENT_SHADOWS, first_vertex, not_physical, read_shadows};
+use super::{
+    CameraRay, Estimator, IntegratorModel, IntegratorState, Iteration, SampleOutput,
+    params::{HIDE_EMITTERS, TRANSPARENT_SHADOWS, not_physical, read_shadows},
+};
 use crate::{
-    bsdf::{BsdfModel as _, Lobe},
-    math::{PerSolidAngle, Ray, Rgb},
-    sampler::{PathSampler, SampleStream as _},
+    math::Rgb,
+    sampler::PathSampler,
     scene::Scene,
     scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
-    transport::{ShadingPoint, Shadows, power_heuristic},
+    transport::{CameraPath, SampleCounts, Shadows},
 };
 
 /// Light that is emitted towards the camera or scattered once, with so many samples of lights and of the BSDF,
@@ -65,43 +67,38 @@ impl IntegratorModel for Direct {
         not_physical(self.shadows)
     }
 
-    fn radiance(&self, scene: &Scene, eye: &EyeRay, sampler: &mut PathSampler, _layers: &mut [f64]) -> Rgb {
-        let ray = &eye.ray;
-        let Some(si) = first_vertex(scene, ray, self.hide_emitters) else {
-            return if self.hide_emitters { Rgb::ZERO } else { scene.environment(ray.direction) };
-        };
-        let mut radiance = scene.self_emission(&si) + if self.hide_emitters { Rgb::ZERO } else { scene.emitted(&si) };
-        let sample_counts = [f64::from(self.emitter_samples), f64::from(self.bsdf_samples)];
-        let shading_point = ShadingPoint::new(scene, si);
-        for _ in 0..self.emitter_samples {
-            radiance += shading_point.sample_direct(scene, sampler, sample_counts, self.shadows) / sample_counts[0];
-        }
-        for _ in 0..self.bsdf_samples {
-            radiance += by_bsdf(scene, &shading_point, sampler, sample_counts) / sample_counts[1];
-        }
-        radiance * scene.transmittance(None, ray, Some(&si))
+    fn begin<'s>(&'s self, scene: &'s Scene, _: &Iteration, _: &IntegratorState) -> Box<dyn Estimator + 's> {
+        Box::new(DirectIllumination { integrator: self, scene })
     }
 }
 
-/// The light in a direction that the BSDF draws.
-fn by_bsdf(scene: &Scene, shading_point: &ShadingPoint<'_>, sampler: &mut PathSampler, sample_counts: [f64; 2]) -> Rgb {
-    let Some(sample) = shading_point.bsdf.sample(&shading_point.query, sampler.next_1d(), sampler.next_2d()) else {
-        return Rgb::ZERO;
-    };
-    let direction = shading_point.si.surface.shading.to_world(sample.wo);
-    let ray = Ray::leaving(shading_point.p(), direction);
-    let met = scene.intersect(&ray);
-    let light = met.map_or_else(|| scene.environment(direction), |si| scene.emitted(&si));
-    let self_emission = met.map_or(Rgb::ZERO, |si| scene.self_emission(&si));
-    let weight = match sample.lobe {
-        Lobe::Smooth => {
-            let by_light = scene.pdf_emitter_direction(shading_point.p(), met.as_ref());
-            power_heuristic(
-                PerSolidAngle(sample_counts[1] * sample.pdf.0),
-                PerSolidAngle(sample_counts[0] * by_light.0),
-            )
+#[derive(Debug)]
+struct DirectIllumination<'s> {
+    integrator: &'s Direct,
+    scene: &'s Scene,
+}
+
+impl Estimator for DirectIllumination<'_> {
+    fn radiance(&self, camera_ray: &CameraRay, sampler: &mut PathSampler, _output: &mut SampleOutput<'_>) -> Rgb {
+        let Direct { emitter_samples, bsdf_samples, hide_emitters, shadows } = *self.integrator;
+        let path = CameraPath::along(self.scene, u32::MAX, &camera_ray.ray, hide_emitters);
+        let mut radiance = path.emission(1.0);
+        let Some(point) = path.shading_point() else { return radiance };
+        let counts = SampleCounts { emitter: f64::from(emitter_samples), bsdf: f64::from(bsdf_samples) };
+
+        // Emitter sampling.
+        for _ in 0..emitter_samples {
+            let direct = point.sample_direct(self.scene, sampler, counts, shadows);
+            radiance += path.throughput * direct / counts.emitter;
         }
-        Lobe::Delta | Lobe::Null => 1.0,
-    };
-    sample.weight * (weight * light + self_emission) * scene.transmittance(Some(&shading_point.si), &ray, met.as_ref())
+
+        // BSDF sampling.
+        for _ in 0..bsdf_samples {
+            let Some(sample) = point.sample_bsdf(sampler) else { continue };
+            let Some(next) = path.branch(&point, &sample) else { continue };
+            let emission = next.emission(next.emission_weight(counts));
+            radiance += path.throughput * emission / counts.bsdf;
+        }
+        radiance
+    }
 }

@@ -1,8 +1,6 @@
-use super::{EyeRay, Integrator, IntegratorModel, Iteration, Notes, Preprocess};
+use super::{Estimator, Integrator, IntegratorModel, IntegratorState, Iteration, IterationPlan};
 use crate::{
-    film::{LayerSource, LayerSpec, splats},
-    math::Rgb,
-    sampler::PathSampler,
+    film::{LayerSource, LayerSpec},
     scene::Scene,
     scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
 };
@@ -54,39 +52,25 @@ impl IntegratorModel for Moment {
         self.child.check(scene)
     }
 
-    fn preprocess(&self) -> Preprocess {
-        self.child.preprocess()
-    }
-
-    fn prepared(&self, scene: &Scene, iteration: &Iteration) -> Option<Self> {
-        Some(Self { child: Box::new(self.child.prepared(scene, iteration)?) })
-    }
-
-    fn state(&self) -> Vec<f64> {
-        self.child.state()
-    }
-
-    fn restore_state(&mut self, state: Vec<f64>) {
-        self.child.restore_state(state);
+    fn iterations(&self) -> IterationPlan {
+        self.child.iterations()
     }
 
     fn samples(&self) -> Option<u32> {
         self.child.samples()
     }
 
-    fn notes(&self) -> Notes {
-        self.child.notes()
-    }
-
     fn traces_light(&self) -> bool {
         self.child.traces_light()
     }
 
-    fn light_path(&self, scene: &Scene, sampler: &mut PathSampler, path: &mut splats::Path) {
-        self.child.light_path(scene, sampler, path);
-    }
-
-    fn radiance(&self, scene: &Scene, eye: &EyeRay, sampler: &mut PathSampler, layers: &mut [f64]) -> Rgb {
-        self.child.radiance(scene, eye, sampler, layers)
+    fn begin<'s>(
+        &'s self,
+        scene: &'s Scene,
+        iteration: &Iteration,
+        state: &IntegratorState,
+    ) -> Box<dyn Estimator + 's> {
+        // The film forms the second moment from the samples of the child.
+        self.child.begin(scene, iteration, state)
     }
 }

@@ -1,15 +1,18 @@
 use super::{
-    EyeRay, HIDE_EMITTERS, IntegratorModel, MAX_DEPTH, PATH_CLASSES, RR_DEPTH, TRANSPARENT_SHADOWS, first_vertex,
-    not_physical, read_path_limits, read_shadows,
+    CameraRay, Estimator, IntegratorModel, IntegratorState, Iteration, SampleOutput,
+    params::{
+        HIDE_EMITTERS, MAX_DEPTH, PATH_CLASSES, RR_DEPTH, TRANSPARENT_SHADOWS, not_physical, read_path_limits,
+        read_shadows,
+    },
 };
 use crate::{
-    bsdf::{BsdfModel as _, Lobe},
+    bsdf::Sample,
     film::LayerSpec,
-    math::{PerSolidAngle, Ray, Rgb},
-    sampler::{PathSampler, SampleStream as _},
-    scene::{Scene, SurfaceInteraction},
+    math::Rgb,
+    sampler::PathSampler,
+    scene::Scene,
     scene_file::{Category, Described, Params, Plugin, SceneError},
-    transport::{CameraPathClass, PathClass, PathLimits, ShadingPoint, Shadows, power_heuristic, survival},
+    transport::{CameraPath, ClassRadiance, PathClass, PathLimits, SampleCounts, ShadingPoint, Shadows},
 };
 
 /// Path tracing with next event estimation and multiple importance sampling by the power heuristic, the same
@@ -46,20 +49,6 @@ impl Described for Path {
     }
 }
 
-/// How the last segment of a path was found, for the weight of what it meets.
-struct Segment<'j> {
-    /// Where it starts and the density of its direction; None if it starts at the camera or at a delta lobe, which no
-    /// connection to a light could have replaced.
-    drawn: Option<(&'j ShadingPoint<'j>, PerSolidAngle)>,
-}
-
-impl Segment<'_> {
-    fn weight(&self, scene: &Scene, met: Option<&SurfaceInteraction>) -> f64 {
-        let Some((shading_point, pdf)) = self.drawn else { return 1.0 };
-        power_heuristic(pdf, scene.pdf_emitter_direction(shading_point.p(), met))
-    }
-}
-
 impl IntegratorModel for Path {
     fn not_physical(&self) -> Option<&'static str> {
         not_physical(self.shadows)
@@ -73,82 +62,79 @@ impl IntegratorModel for Path {
         }
     }
 
-    fn radiance(&self, scene: &Scene, eye: &EyeRay, sampler: &mut PathSampler, layers: &mut [f64]) -> Rgb {
-        let ray = &eye.ray;
-        if self.limits.max_depth == 0 {
-            return Rgb::ZERO;
+    fn begin<'s>(&'s self, scene: &'s Scene, _: &Iteration, _: &IntegratorState) -> Box<dyn Estimator + 's> {
+        Box::new(PathTracing { integrator: self, scene })
+    }
+}
+
+#[derive(Debug)]
+struct PathTracing<'s> {
+    integrator: &'s Path,
+    scene: &'s Scene,
+}
+
+impl Estimator for PathTracing<'_> {
+    fn radiance(&self, camera_ray: &CameraRay, sampler: &mut PathSampler, output: &mut SampleOutput<'_>) -> Rgb {
+        let Path { limits, hide_emitters, shadows, shows_classes } = *self.integrator;
+        let mut radiance = ClassRadiance::default();
+        if limits.max_depth == 0 {
+            return radiance.total;
         }
-        let mut radiance = Rgb::ZERO;
-        let mut add = |class: PathClass, light: Rgb| {
-            radiance += light;
-            if self.shows_classes {
-                let layer = &mut layers[3 * class as usize..][..3];
-                layer.iter_mut().zip(light.to_array()).for_each(|(sum, light)| *sum += light);
-            }
-        };
-        let mut state = CameraPathClass::START;
-        let mut throughput = Rgb::ONE;
-        let mut eta = 1.0;
-        let mut met = first_vertex(scene, ray, self.hide_emitters);
-        if scene.absorbs() {
-            throughput *= scene.transmittance(None, ray, met.as_ref());
-        }
-        let mut direction = ray.direction;
-        let mut emission_weight = if self.hide_emitters { 0.0 } else { 1.0 };
-        // Whether a connection has looked for the light in this direction past all glass.
-        let mut is_sought = false;
-        for depth in 1.. {
-            // Light that is met by chance.
-            let Some(si) = met else {
-                add(state.if_emitter(), emission_weight * throughput * scene.environment(direction));
-                break;
+        let mut path = CameraPath::along(self.scene, limits.rr_depth, &camera_ray.ray, hide_emitters);
+        let mut past_glass = PastGlass { is_on: shadows == Shadows::Transparent, is_found: false };
+        loop {
+            // Emission, weighted against emitter sampling.
+            let weight = if past_glass.is_found_by_shadow_rays(&path) {
+                0.0
+            } else {
+                path.emission_weight(SampleCounts::ONE_EACH)
             };
-            add(state.if_emitter(), emission_weight * throughput * scene.emitted(&si));
-            if scene.has_self_emission() {
-                add(state.if_emitter(), throughput * scene.self_emission(&si));
-            }
-            if depth >= self.limits.max_depth {
+            radiance.add(path.class.if_emitter(), path.emission(weight));
+
+            // End the path where it left the scene, or at the maximum depth.
+            let Some(point) = path.shading_point() else { break };
+            if path.depth >= limits.max_depth {
                 break;
             }
 
-            // Light that is sought.
-            let shading_point = ShadingPoint::new(scene, si);
-            add(state.if_direct(), throughput * shading_point.sample_direct(scene, sampler, [1.0, 1.0], self.shadows));
+            // Emitter sampling.
+            let direct = point.sample_direct(self.scene, sampler, SampleCounts::ONE_EACH, shadows);
+            radiance.add(path.class.if_direct(), path.throughput * direct);
 
-            // Go on.
-            let Some(sample) = shading_point.bsdf.sample(&shading_point.query, sampler.next_1d(), sampler.next_2d())
-            else {
-                break;
-            };
-            state = state.scattered(sample.lobe);
-            throughput *= sample.weight;
-            eta *= sample.eta;
-            if throughput == Rgb::ZERO {
+            // BSDF sampling.
+            let Some(sample) = point.sample_bsdf(sampler) else { break };
+
+            // Russian roulette, and the ray to the next point.
+            if !path.extend(&point, &sample, sampler) {
                 break;
             }
-            if depth >= self.limits.rr_depth {
-                let survival = survival(throughput, eta);
-                if sampler.next_1d() >= survival {
-                    break;
-                }
-                throughput /= survival;
-            }
-            direction = si.surface.shading.to_world(sample.wo);
-            let next = Ray::leaving(shading_point.p(), direction);
-            met = scene.intersect(&next);
-            if scene.absorbs() {
-                throughput *= scene.transmittance(Some(&si), &next, met.as_ref());
-            }
-            let drawn = (sample.lobe == Lobe::Smooth).then_some((&shading_point, sample.pdf));
-            emission_weight = Segment { drawn }.weight(scene, met.as_ref());
-            if self.shadows == Shadows::Transparent {
-                let passes = sample.wo.z * shading_point.query.wi.z < 0.0;
-                is_sought = drawn.is_some() || is_sought && passes;
-                if is_sought && drawn.is_none() {
-                    emission_weight = 0.0;
-                }
-            }
+            past_glass.scatter(&point, &sample, &path);
         }
-        radiance
+        if shows_classes {
+            radiance.write(output.layers);
+        }
+        radiance.total
+    }
+}
+
+/// With transparent shadows, shadow rays find emitters straight through glass. Paths that go on through the same glass then
+/// leave them out.
+struct PastGlass {
+    is_on: bool,
+    /// Whether shadow rays of an earlier point reach what lies in this direction.
+    is_found: bool,
+}
+
+impl PastGlass {
+    fn scatter(&mut self, point: &ShadingPoint<'_>, sample: &Sample, path: &CameraPath<'_>) {
+        if self.is_on {
+            let passes = sample.wo.z * point.query.wi.z < 0.0;
+            self.is_found = path.is_from_smooth_lobe() || self.is_found && passes;
+        }
+    }
+
+    /// Whether the emission at the current point was found by shadow rays of a point before glass.
+    fn is_found_by_shadow_rays(&self, path: &CameraPath<'_>) -> bool {
+        self.is_found && !path.is_from_smooth_lobe()
     }
 }

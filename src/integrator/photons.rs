@@ -1,12 +1,11 @@
 //! What integrators that find light in photons share.
 
-use super::{MAX_DEPTH, RR_DEPTH, read_path_limits};
+use super::params::{MAX_DEPTH, RR_DEPTH, read_path_limits};
 use crate::{
-    math::Rgb,
     photon::{Kernel, MAX_PHOTON_DEPTH},
     scene::Scene,
     scene_file::{Param, ParamKind, Params, SceneError},
-    transport::{PathClass, PathLimits},
+    transport::PathLimits,
 };
 
 pub(super) const PHOTON_RR_DEPTH: Param = Param::new(
@@ -40,6 +39,10 @@ pub(super) fn read_photon_path_limits(params: &Params<'_>) -> Result<PathLimits,
     Ok(limits)
 }
 
+/// Russian roulette ends camera paths from this depth on at the earliest. Photons are many, and Russian roulette keeps them
+/// alike in power; each camera path is seen.
+pub(super) const CAMERA_RR_DEPTH: u32 = 5;
+
 const MAX_POWER: f64 = 1e34;
 const MIN_POWER: f64 = 1e-24;
 
@@ -59,19 +62,4 @@ pub(super) fn check_photons(scene: &Scene) -> Result<(), String> {
         ));
     }
     scene.check_emission()
-}
-
-/// The four parts of what a path shows.
-#[derive(Default)]
-pub(super) struct ClassRadiance(pub(super) [Rgb; 4]);
-
-impl ClassRadiance {
-    pub(super) fn add(&mut self, class: PathClass, light: Rgb) {
-        self.0[class as usize] += light;
-    }
-
-    /// Adds all parts of another, times a factor.
-    pub(super) fn add_all(&mut self, other: &Self, factor: f64) {
-        self.0.iter_mut().zip(other.0).for_each(|(sum, light)| *sum += factor * light);
-    }
 }

@@ -2,7 +2,10 @@ use std::ops::ControlFlow;
 
 use glam::DVec2;
 
-use super::{EyeRay, HIDE_EMITTERS, IntegratorModel, MAX_DEPTH, RR_DEPTH, first_vertex, read_path_limits};
+use super::{
+    CameraRay, Estimator, IntegratorModel, IntegratorState, Iteration, SampleOutput,
+    params::{HIDE_EMITTERS, MAX_DEPTH, RR_DEPTH, read_path_limits},
+};
 use crate::{
     bsdf::BsdfModel as _,
     film::splats,
@@ -11,7 +14,7 @@ use crate::{
     scene::Scene,
     scene_file::{Category, Described, Params, Plugin, SceneError},
     sensor::SensorModel as _,
-    transport::{LightVertex, PathLimits, shading_normal_correction, walk},
+    transport::{CameraPath, LightVertex, PathLimits, shading_normal_correction, trace_light_path},
 };
 
 /// Light tracing: paths start at the lights, and each of their vertices is connected with the sensor. One such path for
@@ -40,49 +43,6 @@ impl Described for ParticleTracer {
     }
 }
 
-impl ParticleTracer {
-    /// What the sensor sees of light that arrives at a surface, as a position on the film and a value.
-    fn connect(
-        &self,
-        scene: &Scene,
-        light_vertex: &LightVertex<'_>,
-        sampler: &mut PathSampler,
-    ) -> Option<(DVec2, Rgb)> {
-        if !light_vertex.bsdf.is_smooth() || self.hide_emitters && scene.is_light(&light_vertex.si) {
-            return None;
-        }
-        let surface = &light_vertex.si.surface;
-        let sensor_sample = scene.sensor.camera.sample_direction(surface.p, sampler.next_2d())?;
-        // Beside the film there is nothing to see.
-        scene.sensor.film.seen_by(sensor_sample.film).next()?;
-        let wo = surface.shading.to_local(sensor_sample.direction);
-        let mut scattered = light_vertex.bsdf.eval_cos(&light_vertex.query, wo);
-        if scattered == Rgb::ZERO || self.is_hidden(scene, &sensor_sample.ray) {
-            return None;
-        }
-        if scene.absorbs() {
-            scattered *= scene.transmittance(Some(&light_vertex.si), &sensor_sample.ray, None);
-        }
-        let adjoint = shading_normal_correction(surface, light_vertex.si.wi_world, sensor_sample.direction);
-        Some((sensor_sample.film, light_vertex.flux * scattered * (adjoint * sensor_sample.importance)))
-    }
-
-    /// Whether anything stands between a surface and the sensor that the sensor does not see through.
-    fn is_hidden(&self, scene: &Scene, ray: &Ray) -> bool {
-        if !self.hide_emitters {
-            return scene.occluded(ray);
-        }
-        let mut rest = *ray;
-        while let Some(si) = scene.intersect(&rest) {
-            if !scene.is_light(&si) {
-                return true;
-            }
-            rest.t_min = si.t + Ray::leaving_distance(si.surface.p) / ray.direction.length();
-        }
-        false
-    }
-}
-
 impl IntegratorModel for ParticleTracer {
     fn check(&self, scene: &Scene) -> Result<(), String> {
         scene.check_emission()
@@ -92,31 +52,80 @@ impl IntegratorModel for ParticleTracer {
         true
     }
 
-    fn light_path(&self, scene: &Scene, sampler: &mut PathSampler, path: &mut splats::Path) {
-        // The last segment is that to the sensor.
-        let limits = PathLimits { max_depth: self.limits.max_depth.saturating_sub(1), ..self.limits };
+    fn begin<'s>(&'s self, scene: &'s Scene, _: &Iteration, _: &IntegratorState) -> Box<dyn Estimator + 's> {
+        Box::new(LightTracing { integrator: self, scene })
+    }
+}
+
+#[derive(Debug)]
+struct LightTracing<'s> {
+    integrator: &'s ParticleTracer,
+    scene: &'s Scene,
+}
+
+impl Estimator for LightTracing<'_> {
+    /// Emission that the camera sees; light paths show everything else.
+    fn radiance(&self, camera_ray: &CameraRay, _sampler: &mut PathSampler, _output: &mut SampleOutput<'_>) -> Rgb {
+        let ParticleTracer { limits, hide_emitters } = *self.integrator;
+        if limits.max_depth == 0 {
+            return Rgb::ZERO;
+        }
+        CameraPath::along(self.scene, limits.rr_depth, &camera_ray.ray, hide_emitters).emission(1.0)
+    }
+
+    fn light_path(&self, sampler: &mut PathSampler, path: &mut splats::Path) {
+        // The last connection is that to the camera.
+        let limits = self.integrator.limits.without_last();
         if limits.max_depth == 0 {
             return;
         }
-        let Some((emission, _)) = scene.emit(sampler) else { return };
-        walk(scene, &emission, limits, sampler, |light_vertex, sampler| {
-            if let Some((position, value)) = self.connect(scene, light_vertex, sampler) {
-                path.splat(&scene.sensor.film, position, value);
+        // Emission.
+        let Some((emission, _)) = self.scene.emit(sampler) else { return };
+        trace_light_path(self.scene, &emission, limits, sampler, |vertex, sampler| {
+            // Sensor sampling.
+            if let Some((position, value)) = self.sample_sensor(vertex, sampler) {
+                path.splat(&self.scene.sensor.film, position, value);
             }
             ControlFlow::Continue(())
         });
     }
+}
 
-    fn radiance(&self, scene: &Scene, eye: &EyeRay, _numbers: &mut PathSampler, _layers: &mut [f64]) -> Rgb {
-        let ray = &eye.ray;
-        if self.limits.max_depth == 0 {
-            return Rgb::ZERO;
+impl LightTracing<'_> {
+    /// Connects a vertex with the camera: a position on the film and the value that the camera sees there.
+    fn sample_sensor(&self, vertex: &LightVertex<'_>, sampler: &mut PathSampler) -> Option<(DVec2, Rgb)> {
+        let (scene, point) = (self.scene, &vertex.point);
+        if !point.bsdf.is_smooth() || self.integrator.hide_emitters && scene.is_light(&point.si) {
+            return None;
         }
-        let met = first_vertex(scene, ray, self.hide_emitters);
-        let Some(si) = met else {
-            return if self.hide_emitters { Rgb::ZERO } else { scene.environment(ray.direction) };
-        };
-        let emitted = if self.hide_emitters { Rgb::ZERO } else { scene.emitted(&si) };
-        (emitted + scene.self_emission(&si)) * scene.transmittance(None, ray, Some(&si))
+        let surface = &point.si.surface;
+        let sensor_sample = scene.sensor.camera.sample_direction(surface.p, sampler.next_2d())?;
+        // Beside the film there is nothing to see.
+        scene.sensor.film.seen_by(sensor_sample.film).next()?;
+        let wo = surface.shading.to_local(sensor_sample.direction);
+        let mut scattered = point.bsdf.eval_cos(&point.query, wo);
+        if scattered == Rgb::ZERO || self.is_hidden(&sensor_sample.ray) {
+            return None;
+        }
+        if scene.absorbs() {
+            scattered *= scene.transmittance(Some(&point.si), &sensor_sample.ray, None);
+        }
+        let correction = shading_normal_correction(surface, point.si.wi_world, sensor_sample.direction);
+        Some((sensor_sample.film, vertex.flux * scattered * (correction * sensor_sample.importance)))
+    }
+
+    /// Whether a surface that the camera does not see through blocks a ray.
+    fn is_hidden(&self, ray: &Ray) -> bool {
+        if !self.integrator.hide_emitters {
+            return self.scene.occluded(ray);
+        }
+        let mut rest = *ray;
+        while let Some(si) = self.scene.intersect(&rest) {
+            if !self.scene.is_light(&si) {
+                return true;
+            }
+            rest.t_min = si.t + Ray::leaving_distance(si.surface.p) / ray.direction.length();
+        }
+        false
     }
 }

@@ -59,16 +59,6 @@ impl Aabb {
         self.max - self.min
     }
 
-    /// The surface area. The probability that a random line crosses the box is proportional to it.
-    #[must_use]
-    pub fn surface_area(&self) -> f64 {
-        if self.is_empty() {
-            return 0.0;
-        }
-        let e = self.extent();
-        2.0 * (e.x * e.y + e.y * e.z + e.z * e.x)
-    }
-
     /// The eight corners.
     #[must_use]
     pub fn corners(&self) -> [DVec3; 8] {

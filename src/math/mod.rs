@@ -4,6 +4,7 @@
 //! `2e-5` in `f32`, which is too much for quadrics and for fits of convergence rates.
 
 mod aabb;
+mod distribution;
 mod frame;
 mod measure;
 mod ray;
@@ -12,6 +13,7 @@ pub mod roots;
 pub mod warp;
 
 pub use aabb::Aabb;
+pub use distribution::{Distribution1D, Draw};
 pub use frame::{Frame, cos_theta};
 pub use measure::{PerArea, PerSolidAngle};
 pub use ray::Ray;

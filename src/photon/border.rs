@@ -7,7 +7,7 @@ use super::Kernel;
 /// How much of a kernel around a point lies within a flat, convex or concave, polygon that the point is in: 1 far from its
 /// border, 1/2 on an edge, 1/4 in a right corner.
 #[must_use]
-pub fn mass_within(kernel: Kernel, polygon: &[DVec3], p: DVec3, radius: f64) -> f64 {
+pub(super) fn mass_within(kernel: Kernel, polygon: &[DVec3], p: DVec3, radius: f64) -> f64 {
     let next = |i: usize| polygon[(i + 1) % polygon.len()];
     let is_near = |i: usize| distance_to_segment(p, polygon[i], next(i)) < radius;
     if !(0..polygon.len()).any(is_near) {

@@ -104,11 +104,13 @@ pub fn npy(maps: &[(PhotonMapKind, &EmittedPhotons)]) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{math::Rgb, transport::PathClass};
+    use crate::{math::Rgb, photon::SurfaceSide, transport::PathClass};
     use glam::DVec3;
 
     fn trace_photons(powers: &[f64]) -> EmittedPhotons {
-        let photon = |&w: &f64| Photon::new(Rgb::new(w, 2.0 * w, 0.0), DVec3::X, DVec3::Z, 3, 2, PathClass::Caustic);
+        let photon = |&w: &f64| {
+            Photon::new(Rgb::new(w, 2.0 * w, 0.0), DVec3::X, SurfaceSide::new(DVec3::Z, 3), 2, PathClass::Caustic)
+        };
         let photons: Vec<_> = powers.iter().map(photon).collect();
         EmittedPhotons { positions: vec![[1.0, 2.0, 3.0]; powers.len()], photons, ..EmittedPhotons::default() }
     }

@@ -1,15 +1,12 @@
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
-use super::{
-    EmittedPhotons, GatherPoint, Kernel, Photon,
-    map::{EstimateParameters, KernelSum},
-};
+use super::{EmittedPhotons, GatherPoint, Kernel, NearbyPhoton, Photon, PhotonLookup, estimate::KernelSum};
 
 /// Photons in the cells of a grid, hashed: made at once, and made for lookups of a radius near half the edge of a cell.
 /// What it shows does not depend on the number of threads.
 #[derive(Debug)]
-pub struct Grid {
+pub struct PhotonGrid {
     cells: Cells,
     /// By the first bits of the bucket's number.
     parts: Vec<Part>,
@@ -62,7 +59,7 @@ impl Cells {
 /// More buckets than this are not made.
 const MAX_BITS: u32 = 26;
 
-impl Grid {
+impl PhotonGrid {
     /// Sorts photons, in pieces, into cells of an edge in m.
     ///
     /// # Panics
@@ -95,28 +92,10 @@ impl Grid {
         self.len() == 0
     }
 
-    /// Shows the photons within a radius in m around a place, on its side of its surface, each with what it counts there, as
-    /// [`Map::gather`](super::Map::gather) does, and with the square of its distance over that of the radius.
-    #[inline]
-    pub fn gather(&self, point: &GatherPoint, radius: f64, kernel: Kernel, mut show: impl FnMut(&Photon, f64, f64)) {
-        let reach = ((radius * radius) as f32).clamp(f32::MIN_POSITIVE, f32::MAX);
-        let lookup = EstimateParameters { nearest: None, radius, kernel };
-        let mut share = KernelSum::new(point, &lookup, reach);
-        let p = point.p.as_vec3().to_array();
-        let mut visit = |photons: &[Placed]| {
-            for placed in photons {
-                let [x, y, z] = [0, 1, 2].map(|axis| placed.position[axis] - p[axis]);
-                let distance_squared = x * x + y * y + z * z;
-                if distance_squared < reach {
-                    let way = f64::from(distance_squared / reach);
-                    share.show(&placed.photon, distance_squared, &mut |photon, count| show(photon, count, way));
-                }
-            }
-        };
-        match self.buckets(point, radius) {
-            Some(buckets) => buckets.into_iter().for_each(|bucket| visit(self.bucket(bucket))),
-            None => self.parts.iter().for_each(|part| visit(&part.photons)),
-        }
+    /// Lookups of all photons within a radius in m, weighted by a kernel.
+    #[must_use]
+    pub fn within(&self, radius: f64, kernel: Kernel) -> GridLookup<'_> {
+        GridLookup { grid: self, radius, kernel }
     }
 
     /// The buckets of all cells that a ball meets, each once; None if there are more cells than buckets.
@@ -149,6 +128,40 @@ impl Grid {
         let index = (bucket & ((1 << shift) - 1)) as usize;
         let start = if index == 0 { 0 } else { part.ends[index - 1] };
         &part.photons[start as usize..part.ends[index] as usize]
+    }
+}
+
+/// Lookups of a grid with the same radius and kernel.
+#[derive(Clone, Copy, Debug)]
+pub struct GridLookup<'g> {
+    grid: &'g PhotonGrid,
+    radius: f64,
+    kernel: Kernel,
+}
+
+impl PhotonLookup for GridLookup<'_> {
+    #[inline]
+    fn for_each_nearby(&self, point: &GatherPoint, mut visit: impl FnMut(NearbyPhoton<'_>)) {
+        let (grid, radius) = (self.grid, self.radius);
+        let radius_squared = ((radius * radius) as f32).clamp(f32::MIN_POSITIVE, f32::MAX);
+        let mut sum = KernelSum::new(point, self.kernel, radius_squared);
+        let p = point.p.as_vec3().to_array();
+        let mut visit_all = |photons: &[Placed]| {
+            for placed in photons {
+                let [x, y, z] = [0, 1, 2].map(|axis| placed.position[axis] - p[axis]);
+                let distance_squared = x * x + y * y + z * z;
+                if distance_squared < radius_squared {
+                    let squared_distance = f64::from(distance_squared / radius_squared);
+                    sum.visit(&placed.photon, distance_squared, &mut |nearby| {
+                        visit(NearbyPhoton { squared_distance, ..nearby });
+                    });
+                }
+            }
+        };
+        match grid.buckets(point, radius) {
+            Some(buckets) => buckets.into_iter().for_each(|bucket| visit_all(grid.bucket(bucket))),
+            None => grid.parts.iter().for_each(|part| visit_all(&part.photons)),
+        }
     }
 }
 
@@ -188,7 +201,7 @@ mod tests {
     use super::*;
     use crate::{
         math::{Rgb, rng::Stream},
-        photon::Map,
+        photon::{EstimateParameters, MapLookup, PhotonMap, SurfaceSide},
         transport::PathClass,
     };
 
@@ -199,14 +212,15 @@ mod tests {
             let p = DVec3::new(stream.next_1d(), stream.next_1d(), 0.1 * stream.next_1d()) * size - 0.4 * size;
             emitted.positions.push(p.as_vec3().to_array());
             let power = Rgb::splat(i as f64 + 1.0);
-            emitted.photons.push(Photon::new(power, DVec3::Z, DVec3::Z, 3, 1, PathClass::Direct));
+            emitted.photons.push(Photon::new(power, DVec3::Z, SurfaceSide::new(DVec3::Z, 3), 1, PathClass::Direct));
         }
         emitted
     }
 
-    fn found(mut gather: impl FnMut(&mut dyn FnMut(&Photon, f64))) -> Vec<(u64, f64)> {
+    /// The numbers and densities of all photons that a lookup finds, in the order of the numbers.
+    fn found(lookup: &impl PhotonLookup, point: &GatherPoint) -> Vec<(u64, f64)> {
         let mut found = Vec::new();
-        gather(&mut |photon, count| found.push((photon.power().x as u64, count)));
+        lookup.for_each_nearby(point, |nearby| found.push((nearby.photon.power().x as u64, nearby.density)));
         found.sort_by_key(|(number, _)| *number);
         found
     }
@@ -223,14 +237,13 @@ mod tests {
         ) {
             let emitted = trace_photons(count, 10.0);
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let grid = pool.install(|| Grid::new(std::slice::from_ref(&emitted), edge));
-            let map = Map::new(&emitted.positions, emitted.photons.clone());
+            let grid = pool.install(|| PhotonGrid::new(std::slice::from_ref(&emitted), edge));
+            let map = PhotonMap::new(&emitted.positions, emitted.photons.clone());
             prop_assert_eq!(grid.len(), count);
             let point = GatherPoint::flat(DVec3::from_array(at) * DVec3::new(1.0, 1.0, 0.1), DVec3::Z, 3);
-            let lookup = EstimateParameters { nearest: None, radius, kernel: Kernel::Cone };
-            let of_map = found(|show| map.gather(&point, &lookup, |photon, count| show(photon, count)));
-            let of_grid = found(|show| grid.gather(&point, radius, Kernel::Cone, |photon, count, _| show(photon, count)));
-            prop_assert_eq!(of_map, of_grid);
+            let parameters = EstimateParameters { nearest: None, radius, kernel: Kernel::Cone };
+            let by_map = found(&MapLookup { map: &map, parameters: &parameters }, &point);
+            prop_assert_eq!(by_map, found(&grid.within(radius, Kernel::Cone), &point));
         }
     }
 
@@ -240,9 +253,10 @@ mod tests {
         let point = GatherPoint::flat(DVec3::new(0.0, 0.0, -0.35), DVec3::Z, 3);
         let order = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let grid = pool.install(|| Grid::new(std::slice::from_ref(&emitted), 0.2));
+            let grid = pool.install(|| PhotonGrid::new(std::slice::from_ref(&emitted), 0.2));
             let mut order = Vec::new();
-            grid.gather(&point, 0.1, Kernel::Constant, |photon, _, _| order.push(photon.power().x));
+            let lookup = grid.within(0.1, Kernel::Constant);
+            lookup.for_each_nearby(&point, |nearby| order.push(nearby.photon.power().x));
             order
         };
         let alone = order(1);

@@ -1,22 +1,23 @@
-//! Photons: light that was followed from its source, kept where it arrived, and estimates of density from it.
+//! Photons: light that is traced from emitters and stored where it arrives, and the density estimates made from it.
 //!
 //! Jensen 2001, *Realistic Image Synthesis Using Photon Mapping*.
 
 mod border;
+mod estimate;
 pub mod files;
 mod grid;
 mod kernel;
-pub mod laws;
 mod map;
-mod packed;
+mod octahedral;
 pub mod radius;
 mod shadow;
+mod stored;
 mod trace;
 
-pub use border::mass_within;
-pub use grid::Grid;
+pub use estimate::{EstimateParameters, GatherPoint, NearbyPhoton, PhotonLookup, radiance_estimate};
+pub use grid::{GridLookup, PhotonGrid};
 pub use kernel::Kernel;
-pub use map::{EstimateParameters, GatherPoint, Map};
-pub use packed::{MAX_PHOTON_DEPTH, Photon};
+pub use map::{MapLookup, PhotonMap};
 pub use shadow::{ShadowMap, Visibility};
-pub use trace::{EmittedPhotons, PhotonMapKind, PhotonStatistics, trace_photon_batches, trace_photons};
+pub use stored::{MAX_PHOTON_DEPTH, Photon, Stored, SurfaceSide};
+pub use trace::{EmittedPhotons, PhotonAddress, PhotonMapKind, PhotonStatistics, trace_photon_batches, trace_photons};

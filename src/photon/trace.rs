@@ -2,29 +2,29 @@ use std::ops::ControlFlow;
 
 use rayon::prelude::*;
 
-use super::{MAX_PHOTON_DEPTH, Photon};
+use super::{MAX_PHOTON_DEPTH, Photon, SurfaceSide};
 use crate::{
     bsdf::BsdfModel as _,
     emitter::Emission,
     math::{Rgb, rng::Stream},
     scene::Scene,
-    transport::{LightVertex, PathClass, PathLimits, walk},
+    transport::{LightVertex, PathClass, PathLimits, trace_light_path},
 };
 
-/// Which light is followed.
+/// The photon maps of Jensen's method, by the light that they hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PhotonMapKind {
-    /// All of it; photons are kept wherever they meet a surface that scatters over more than single directions.
+    /// All light; photons are stored on every surface with a smooth lobe.
     Global,
-    /// Light that meets mirrors or glass first; photons are kept where it leaves them.
+    /// Light that meets mirrors or glass first; photons are stored on the surfaces that it reaches from there.
     Caustic,
 }
 
 impl PhotonMapKind {
-    /// Both.
+    /// Both kinds.
     pub const ALL: [Self; 2] = [Self::Global, Self::Caustic];
 
-    /// The name of the map that such light makes.
+    /// The name of the map.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -49,56 +49,56 @@ impl PhotonMapKind {
         }
     }
 
-    /// Whether a path is still one that is followed when it arrives.
-    fn follows(self, light_vertex: &LightVertex<'_>) -> bool {
-        match (self, light_vertex.before.class()) {
+    /// Whether a path can still leave photons in the map when it has arrived at a vertex.
+    fn follows(self, vertex: &LightVertex<'_>) -> bool {
+        match (self, vertex.class.class()) {
             (Self::Global, _) | (Self::Caustic, PathClass::Caustic) => true,
-            (Self::Caustic, PathClass::Direct) => light_vertex.bsdf.has_delta(),
+            (Self::Caustic, PathClass::Direct) => vertex.point.bsdf.has_delta(),
             (Self::Caustic, _) => false,
         }
     }
 
-    fn keeps(self, light_vertex: &LightVertex<'_>) -> bool {
-        light_vertex.bsdf.is_smooth() && (self == Self::Global || light_vertex.before.class() == PathClass::Caustic)
+    fn stores(self, vertex: &LightVertex<'_>) -> bool {
+        vertex.point.bsdf.is_smooth() && (self == Self::Global || vertex.class.class() == PathClass::Caustic)
     }
 }
 
-/// What was counted.
+/// Statistics of photons of one class.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PhotonStatistics {
-    /// Photons.
+    /// The number of photons.
     pub stored: u64,
     /// The sum of their powers in W.
     pub power: Rgb,
-    /// The sum of the numbers of surfaces that they had met before.
+    /// The sum of the numbers of surfaces that scattered them before.
     pub bounces: u64,
 }
 
 impl PhotonStatistics {
-    /// How many surfaces a photon had met before, on average; None without photons.
+    /// The mean number of surfaces that scattered a photon before; None without photons.
     #[must_use]
     pub fn mean_bounces(&self) -> Option<f64> {
         (self.stored > 0).then(|| self.bounces as f64 / self.stored as f64)
     }
 }
 
-/// Photons with where they arrived.
+/// The photons that were stored of some emitted ones, with their positions.
 #[derive(Debug, Default)]
 pub struct EmittedPhotons {
     /// Positions.
     pub positions: Vec<[f32; 3]>,
-    /// Photons; each has the power of its path over the number of emitted ones.
+    /// Photons; each has the power of its path over the number of emitted photons.
     pub photons: Vec<Photon>,
-    /// How many photons were emitted, which is what powers are divided by.
+    /// The number of emitted photons, by which powers are divided.
     pub emitted: u64,
     /// The power in W that was emitted.
     pub power: Rgb,
-    /// The longest path that was followed, in segments.
-    pub longest: u32,
+    /// The maximum depth of their paths.
+    pub max_depth: u32,
 }
 
 impl EmittedPhotons {
-    /// The counts of the photons of a class.
+    /// Statistics of the photons of a class.
     #[must_use]
     pub fn statistics(&self, class: PathClass) -> PhotonStatistics {
         let of_class = self.photons.iter().filter(|photon| photon.class() == class);
@@ -109,101 +109,110 @@ impl EmittedPhotons {
         })
     }
 
-    /// All of some, in their order.
+    /// All photons of some batches, in their order.
     #[must_use]
-    pub fn join(parts: Vec<Self>) -> Self {
-        let count = parts.iter().map(|part| part.photons.len()).sum();
+    pub fn join(batches: Vec<Self>) -> Self {
+        let count = batches.iter().map(|batch| batch.photons.len()).sum();
         let (positions, photons) = (Vec::with_capacity(count), Vec::with_capacity(count));
         let mut all = Self { positions, photons, ..Self::default() };
-        for part in parts {
-            all.positions.extend(part.positions);
-            all.photons.extend(part.photons);
-            all.emitted += part.emitted;
-            all.power += part.power;
-            all.longest = all.longest.max(part.longest);
+        for batch in batches {
+            all.positions.extend(batch.positions);
+            all.photons.extend(batch.photons);
+            all.emitted += batch.emitted;
+            all.power += batch.power;
+            all.max_depth = all.max_depth.max(batch.max_depth);
         }
         all
     }
 
-    /// What is strange about it, if it holds no photon.
+    /// A warning if no photon was stored although some could have been.
     #[must_use]
     pub fn warning(&self, kind: PhotonMapKind) -> Option<String> {
         let emitted = self.emitted;
-        // Without a segment beyond that to the eye there is nothing to keep.
-        if self.longest == 0 || !self.photons.is_empty() {
+        if self.max_depth == 0 || !self.photons.is_empty() {
             return None;
         }
         Some(match kind {
             PhotonMapKind::Global if self.power == Rgb::ZERO => format!("none of {emitted} photons carried any light"),
             PhotonMapKind::Global => {
-                format!(
-                    "none of {emitted} photons met a surface that could keep it: there is no light in the global map"
-                )
+                format!("none of {emitted} photons met a surface that could store it: the global map is empty")
             }
             PhotonMapKind::Caustic => {
-                format!("none of {emitted} photons was cast on a surface by mirrors or glass: no caustics")
+                format!("none of {emitted} photons reached a surface by way of mirrors or glass: no caustics")
             }
         })
     }
 }
 
-/// Photons that are followed together.
+/// The address of the random numbers of some photons: the seed, the replicate, and a number that tells apart what the
+/// photons are for. Each photon adds its own number.
+pub type PhotonAddress = [u64; 3];
+
+/// The number of photons that are traced together.
 const BATCH: u64 = 2048;
 
-/// Emits so many photons and follows them. Each is a function of the address and its number alone, and they are kept in
-/// the order of their numbers.
+/// Calls `trace` for each of `count` photons with random numbers of its own, on all threads. Each batch has a result of its
+/// own; the batches are in the order of the photons' numbers, and so are the photons of each.
+pub(super) fn in_batches<T: Default + Send>(
+    count: u64,
+    address: PhotonAddress,
+    trace: impl Fn(&mut Stream, &mut T) + Sync,
+) -> Vec<T> {
+    let batch = |batch: u64| {
+        let mut result = T::default();
+        for number in batch * BATCH..count.min((batch + 1) * BATCH) {
+            let [seed, replicate, purpose] = address;
+            trace(&mut Stream::at(&[seed, replicate, purpose, number]), &mut result);
+        }
+        result
+    };
+    (0..count.div_ceil(BATCH)).into_par_iter().map(batch).collect()
+}
+
+/// Emits and traces photons. Each is a function of the address and its number alone, and they are stored in the order of
+/// their numbers.
 #[must_use]
 pub fn trace_photons(
     scene: &Scene,
     kind: PhotonMapKind,
-    emitted: u64,
+    count: u64,
     limits: PathLimits,
-    address: [u64; 3],
+    address: PhotonAddress,
 ) -> EmittedPhotons {
-    EmittedPhotons::join(trace_photon_batches(scene, kind, emitted, limits, address))
+    EmittedPhotons::join(trace_photon_batches(scene, kind, count, limits, address))
 }
 
-/// What [`emitted`] gives, in the pieces in which it was made.
+/// The photons of [`trace_photons`], in the batches in which they were traced.
 #[must_use]
 pub fn trace_photon_batches(
     scene: &Scene,
     kind: PhotonMapKind,
-    emitted: u64,
+    count: u64,
     limits: PathLimits,
-    address: [u64; 3],
+    address: PhotonAddress,
 ) -> Vec<EmittedPhotons> {
     let limits = PathLimits { max_depth: limits.max_depth.min(MAX_PHOTON_DEPTH), ..limits };
-    let share = 1.0 / emitted as f64;
-    let batch = |batch: u64| {
-        let sampler = batch * BATCH..emitted.min((batch + 1) * BATCH);
-        let mut found = EmittedPhotons {
-            emitted: sampler.end - sampler.start,
-            longest: limits.max_depth,
-            ..EmittedPhotons::default()
-        };
-        for index in sampler {
-            let [seed, replicate, purpose] = address;
-            let mut sampler = Stream::at(&[seed, replicate, purpose, index]);
-            let Some(emission) = kind.emit(scene, &mut sampler) else { continue };
-            found.power += share * emission.flux;
-            walk(scene, &emission, limits, &mut sampler, |light_vertex, _| {
-                if !kind.follows(light_vertex) {
-                    return ControlFlow::Break(());
-                }
-                if kind.keeps(light_vertex) {
-                    found.positions.push(light_vertex.si.surface.p.as_vec3().to_array());
-                    found.photons.push(photon(scene, light_vertex, share));
-                }
-                ControlFlow::Continue(())
-            });
-        }
-        found
-    };
-    (0..emitted.div_ceil(BATCH)).into_par_iter().map(batch).collect()
+    let per_photon = 1.0 / count as f64;
+    in_batches(count, address, |sampler, batch: &mut EmittedPhotons| {
+        batch.emitted += 1;
+        batch.max_depth = limits.max_depth;
+        let Some(emission) = kind.emit(scene, sampler) else { return };
+        batch.power += per_photon * emission.flux;
+        trace_light_path(scene, &emission, limits, sampler, |vertex, _| {
+            if !kind.follows(vertex) {
+                return ControlFlow::Break(());
+            }
+            if kind.stores(vertex) {
+                batch.positions.push(vertex.point.p().as_vec3().to_array());
+                batch.photons.push(photon(scene, vertex, per_photon));
+            }
+            ControlFlow::Continue(())
+        });
+    })
 }
 
-fn photon(scene: &Scene, light_vertex: &LightVertex<'_>, share: f64) -> Photon {
-    let si = &light_vertex.si;
-    let (depth, class) = (light_vertex.depth, light_vertex.before.class());
-    Photon::new(share * light_vertex.flux, si.wi_world, si.facing(), scene.surface_id(si), depth, class)
+fn photon(scene: &Scene, vertex: &LightVertex<'_>, per_photon: f64) -> Photon {
+    let si = &vertex.point.si;
+    let side = SurfaceSide::facing(scene, si);
+    Photon::new(per_photon * vertex.flux, si.wi_world, side, vertex.depth, vertex.class.class())
 }

@@ -2,16 +2,19 @@
 
 pub mod checkpoint;
 pub mod drive;
-pub mod laws;
 
-use std::{borrow::Cow, ops::Range};
+use std::ops::Range;
 
 use rayon::prelude::*;
 
 use crate::{
     film::{Film, LayerSpec, Pixels, Splats, splats},
-    integrator::{EyeRay, Integrator, IntegratorModel as _, Iteration, Notes, Overrides, Preprocess},
+    integrator::{
+        CameraRay, Estimator, Integrator, IntegratorModel as _, IntegratorState, Iteration, IterationPlan, Notes,
+        Overrides, SampleOutput,
+    },
     math::Rgb,
+    photon::radius::PassCounts,
     sampler::{Address, SampleStream as _, SamplerModel as _},
     scene::Scene,
     scene_file::{Document, SceneError},
@@ -98,28 +101,24 @@ impl Renderer {
         if self.integrator.has_variance() { film } else { film.without_variance() }
     }
 
-    /// Begins a pass.
+    /// Begins a replicate.
     #[must_use]
     pub fn begin(&self, replicate: Replicate) -> Rendering<'_> {
-        self.resume(replicate, 0, self.film(), Vec::new())
+        self.resume(replicate, 0, self.film(), IntegratorState::Empty)
     }
 
-    /// Goes on with a pass after so many samples, from what they left: the film, and what [`Rendering::state`] gave. Shards
-    /// of a pass begin at any sample, with an empty film.
+    /// Continues a replicate with the sample `next`, from what the samples before left: the film, and
+    /// [`Rendering::state`]. Shards of a replicate begin at any sample, with an empty film.
     #[must_use]
-    pub fn resume(&self, replicate: Replicate, next: u32, film: Film, state: Vec<f64>) -> Rendering<'_> {
-        let mut integrator = Cow::Borrowed(&self.integrator);
-        if !state.is_empty() {
-            integrator.to_mut().restore_state(state);
-        }
-        let mut rendering = Rendering { renderer: self, integrator, replicate, next, film };
-        if self.integrator.preprocess() == Preprocess::Replicate {
-            rendering.prepare(0);
+    pub fn resume(&self, replicate: Replicate, next: u32, film: Film, state: IntegratorState) -> Rendering<'_> {
+        let mut rendering = Rendering { renderer: self, replicate, next, film, state, estimator: None };
+        if !self.integrator.iterations().is_per_sample() {
+            rendering.begin_iteration(0);
         }
         rendering
     }
 
-    /// Renders one pass. `progress` is told how many samples have been added, from any thread.
+    /// Renders one replicate. `progress` receives the numbers of samples that have been added, from any thread.
     ///
     /// # Panics
     /// If a sample is infinite or not a number, which is a bug; the message is its address.
@@ -131,179 +130,208 @@ impl Renderer {
     }
 }
 
-/// A pass while it is rendered. All that it will be is a function of the pass and of what stands here, whenever it is
-/// stopped, kept and resumed.
+/// A replicate while it is rendered. Its samples are a function of the scene, the integrator, the replicate and the state,
+/// whenever it is stopped, stored and resumed.
 #[derive(Debug)]
 pub struct Rendering<'r> {
     renderer: &'r Renderer,
-    /// As it was prepared last.
-    integrator: Cow<'r, Integrator>,
     replicate: Replicate,
-    /// Which sample of each pixel comes next.
+    /// The number of the next sample of each pixel.
     next: u32,
     film: Film,
+    /// What the next iteration depends on.
+    state: IntegratorState,
+    /// The estimator of the current iteration; None before the first.
+    estimator: Option<Box<dyn Estimator + 'r>>,
 }
 
 impl Rendering<'_> {
-    /// What happened so far, for whoever watches.
+    /// What the current iteration has gathered and done.
     #[must_use]
     pub fn notes(&self) -> Notes {
-        self.integrator.notes()
+        self.estimator.as_ref().map(|estimator| estimator.notes()).unwrap_or_default()
     }
 
-    /// What has been gathered.
+    /// The film so far.
     #[must_use]
     pub fn film(&self) -> &Film {
         &self.film
     }
 
-    /// What has been gathered, at the end.
+    /// The film at the end.
     #[must_use]
     pub fn into_film(self) -> Film {
         self.film
     }
 
-    /// Which sample of each pixel comes next.
+    /// The number of the next sample of each pixel.
     #[must_use]
     pub fn next(&self) -> u32 {
         self.next
     }
 
-    /// What samples still to come depend on besides the pass; empty if on nothing.
+    /// What the samples still to come depend on besides the replicate.
     #[must_use]
-    pub fn state(&self) -> Vec<f64> {
-        self.integrator.state()
+    pub fn state(&self) -> &IntegratorState {
+        &self.state
     }
 
-    /// Goes on with a later sample, or an earlier one, of an integrator whose samples do not follow from one another.
+    /// Continues with a later sample, or an earlier one, of an integrator whose iterations are independent.
     ///
     /// # Panics
-    /// If they do.
+    /// If they depend on one another.
     pub fn go_to(&mut self, sample: u32) {
-        let is_chained = self.integrator.preprocess() == Preprocess::Chain;
+        let is_chained = self.renderer.integrator.iterations() == IterationPlan::Chained;
         assert!(sample == self.next || !is_chained, "sample {sample} follows from those after {}", self.next);
         self.next = sample;
     }
 
-    /// Renders so many more samples of each pixel, but none beyond the pass. `progress` is told how many samples have been
-    /// added, from any thread.
+    /// Renders more samples of each pixel, but none beyond the replicate. `progress` receives the numbers of samples that
+    /// have been added, from any thread.
     pub fn advance(&mut self, samples: u32, progress: &(dyn Fn(u64) + Sync)) {
         let end = self.replicate.samples.min(self.next.saturating_add(samples));
-        if !self.integrator.preprocess().is_for_each_sample() {
+        if !self.renderer.integrator.iterations().is_per_sample() {
             self.add_samples(self.next..end, progress);
             return;
         }
         while self.next < end {
-            self.prepare(self.next);
+            self.begin_iteration(self.next);
             self.add_samples(self.next..self.next + 1, progress);
         }
     }
 
-    /// Makes everything ready for a sample of all pixels: photon mappers send out photons.
-    fn prepare(&mut self, sample: u32) {
+    /// Begins the iteration of a sample: photon mappers emit their photons.
+    fn begin_iteration(&mut self, sample: u32) {
+        let Renderer { scene, integrator } = self.renderer;
         let iteration = Iteration { seed: self.replicate.seed, replicate: self.replicate.number, sample };
-        if let Some(integrator) = self.integrator.prepared(&self.renderer.scene, &iteration) {
-            self.integrator = Cow::Owned(integrator);
-        }
+        self.estimator = Some(integrator.begin(scene, &iteration, &self.state));
     }
 
     fn add_samples(&mut self, samples: Range<u32>, progress: &(dyn Fn(u64) + Sync)) {
-        let (crop, stride) = (self.film.crop, self.film.stride());
+        let crop = self.film.crop;
         let tiles: Vec<(u32, u32)> = (0..crop.height.div_ceil(TILE))
             .flat_map(|y| (0..crop.width.div_ceil(TILE)).map(move |x| (x * TILE, y * TILE)))
             .collect();
-        let splats = self.integrator.traces_light().then(|| Splats::new(crop.width, crop.height));
+        let splats = self.renderer.integrator.traces_light().then(|| Splats::new(crop.width, crop.height));
+        let is_chained = self.renderer.integrator.iterations() == IterationPlan::Chained;
+        let pixels = if is_chained { crop.width as usize * crop.height as usize } else { 0 };
+        let mut found = vec![PassCounts::default(); pixels];
         // A strip of tiles at a time, so that finished tiles do not pile up beside the film.
         for strip in tiles.chunks(4096) {
             let finished: Vec<_> = strip
                 .par_iter()
                 .map(|&(x, y)| {
                     let (width, height) = (TILE.min(crop.width - x), TILE.min(crop.height - y));
-                    let block = self.tile((x, y), (width, height), &samples, stride, splats.as_ref());
+                    let tile = self.tile((x, y), (width, height), &samples, splats.as_ref());
                     progress(u64::from(width * height) * samples.len() as u64);
-                    block
+                    tile
                 })
                 .collect();
-            for (&(x, y), block) in strip.iter().zip(&finished) {
-                self.film.add(x, y, block);
+            for (&(x, y), tile) in strip.iter().zip(&finished) {
+                self.film.add(x, y, &tile.pixels);
+                for &((x, y), photons) in &tile.photons {
+                    found[y as usize * crop.width as usize + x as usize] = photons;
+                }
             }
         }
         if let Some(splats) = splats {
             let paths = u64::from(crop.width) * u64::from(crop.height) * samples.len() as u64;
             self.film.add_splats(&splats.finish(paths));
         }
+        if let Some(estimator) = &self.estimator {
+            self.state = estimator.next_state(&found);
+        }
         self.next = samples.end;
     }
 
-    fn tile(
-        &self,
-        corner: (u32, u32),
-        size: (u32, u32),
-        samples: &Range<u32>,
-        stride: usize,
-        splats: Option<&Splats>,
-    ) -> Pixels {
-        let mut block = Pixels::new(size.0, size.1, stride);
+    fn tile(&self, corner: (u32, u32), size: (u32, u32), samples: &Range<u32>, splats: Option<&Splats>) -> Tile {
+        let stride = self.film.stride();
+        let is_chained = self.renderer.integrator.iterations() == IterationPlan::Chained;
+        let mut tile = Tile { pixels: Pixels::new(size.0, size.1, stride), photons: Vec::new() };
         let mut values = vec![0.0; stride];
         let mut path = splats::Path::default();
         let mut left = Vec::new();
-        for y in 0..size.1 {
-            for x in 0..size.0 {
-                for sample in samples.clone() {
-                    self.one_sample((corner.0 + x, corner.1 + y), sample, &mut values, &mut path);
-                    block.push(x, y, &values);
-                    path.drain_into(&mut left);
-                    if let Some(splats) = splats
-                        && left.len() >= SPLATS_AT_ONCE
-                    {
-                        splats.add(&mut left);
-                    }
+        for (x, y) in (0..size.1).flat_map(|y| (0..size.0).map(move |x| (x, y))) {
+            let pixel = (corner.0 + x, corner.1 + y);
+            for sample in samples.clone() {
+                let (_, photons) = self.one_sample(pixel, sample, &mut values, &mut path);
+                tile.pixels.push(x, y, &values);
+                if is_chained {
+                    tile.photons.push((pixel, photons));
+                }
+                path.drain_into(&mut left);
+                if let Some(splats) = splats
+                    && left.len() >= SPLATS_AT_ONCE
+                {
+                    splats.add(&mut left);
                 }
             }
         }
         if let Some(splats) = splats {
             splats.add(&mut left);
         }
-        block
+        tile
     }
 
-    /// One sample of one pixel, for which everything is made ready. `values` has one element for each sampled channel. What
-    /// a path from a light leaves on all the film goes into `path`.
+    /// Takes one sample of one pixel, in the iteration that it belongs to. `values` has one element for each sampled
+    /// channel. What a light path leaves on the film goes into `path`.
     ///
     /// # Panics
     /// As [`Renderer::render`] does.
     pub fn sample(&mut self, pixel: (u32, u32), sample: u32, values: &mut [f64], path: &mut splats::Path) -> Rgb {
-        match self.integrator.preprocess() {
-            Preprocess::None | Preprocess::Replicate => {}
-            Preprocess::Sample => self.prepare(sample),
-            Preprocess::Chain => {
+        match self.renderer.integrator.iterations() {
+            IterationPlan::Independent | IterationPlan::PerReplicate => {}
+            IterationPlan::PerSample => self.begin_iteration(sample),
+            IterationPlan::Chained => {
                 self.advance(sample.saturating_sub(self.next), &|_| {});
-                self.prepare(sample);
+                self.begin_iteration(sample);
             }
         }
-        self.one_sample(pixel, sample, values, path)
+        self.one_sample(pixel, sample, values, path).0
     }
 
+    /// The radiance of a sample, and the photons that it found.
     #[inline]
-    fn one_sample(&self, (x, y): (u32, u32), sample: u32, values: &mut [f64], path: &mut splats::Path) -> Rgb {
-        let (scene, replicate) = (&self.renderer.scene, self.replicate);
-        let sensor = &scene.sensor;
+    fn one_sample(
+        &self,
+        (x, y): (u32, u32),
+        sample: u32,
+        values: &mut [f64],
+        path: &mut splats::Path,
+    ) -> (Rgb, PassCounts) {
+        let (sensor, replicate) = (&self.renderer.scene.sensor, self.replicate);
+        let estimator = self.estimator.as_ref().expect("an iteration has begun");
         let crop = sensor.film.rendered();
         // Pixels are numbered on the whole film, so that a crop shows the same samples.
         let pixel = u64::from(crop.y + y) * sensor.film.size().x as u64 + u64::from(crop.x + x);
         let address =
             Address { seed: replicate.seed, replicate: replicate.number, pixel, sample, samples: replicate.samples };
+
+        // The camera's ray.
         let mut sampler = sensor.sampler.path_sampler(&address);
         let position = sensor.film.sample(x, y, sampler.next_2d());
         let ray = sensor.camera.ray(position, sampler.next_2d());
+        let camera_ray = CameraRay { ray, pixel: y as usize * crop.width as usize + x as usize };
+
+        // The camera path.
         values.fill(0.0);
         let (beauty, layers) = values.split_at_mut(3);
-        let eye = EyeRay { ray, pixel: y as usize * crop.width as usize + x as usize };
-        let radiance = self.integrator.radiance(scene, &eye, &mut sampler, layers);
+        let mut output = SampleOutput::new(layers);
+        let radiance = estimator.radiance(&camera_ray, &mut sampler, &mut output);
         assert!(radiance.is_finite(), "the radiance is {radiance} at {address:?}");
         radiance.write_to_slice(beauty);
-        self.integrator.light_path(scene, &mut sampler, path);
+
+        // The light path.
+        let photons = output.photons;
+        estimator.light_path(&mut sampler, path);
         assert!(path.is_finite(), "a path from a light is not finite at {address:?}");
-        radiance
+        (radiance, photons)
     }
+}
+
+/// The samples of the pixels of a tile.
+struct Tile {
+    pixels: Pixels,
+    /// The photons that the sample of each pixel found, if the next iteration depends on them.
+    photons: Vec<((u32, u32), PassCounts)>,
 }

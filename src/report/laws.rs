@@ -2,8 +2,13 @@
 
 use serde::Serialize;
 
-use super::{anchor, mark::Mark, number, plot};
-use crate::{evidence::Row, law::Measured};
+use super::{
+    anchor,
+    drawings::{self, Drawing},
+    mark::Mark,
+    number,
+};
+use crate::{law::Measured, validation::Row};
 
 /// A law with more findings than this is folded up.
 const HANDFUL: usize = 4;
@@ -29,8 +34,7 @@ struct LawView {
     failed: usize,
     folded: bool,
     worst: usize,
-    /// Drawings in SVG.
-    plots: Vec<String>,
+    plots: Vec<Drawing>,
     findings: Vec<FindingView>,
 }
 
@@ -68,7 +72,7 @@ impl LawView {
         rows.sort_by_key(|row| row.passed);
         let failed = rows.iter().filter(|row| !row.passed).count();
         let worst = (0..rows.len()).max_by(|&a, &b| severity(rows[a]).total_cmp(&severity(rows[b])));
-        let drawn = |row: &&Row| Some(plot::draw(&row.finding.subject, row.finding.curve.as_ref()?));
+        let drawn = |row: &&Row| drawings::of_curve(&row.finding.subject, row.finding.curve.as_ref()?);
         let law = rows[0];
         Self {
             name: law.name.clone(),

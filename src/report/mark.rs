@@ -1,10 +1,10 @@
 use serde::Serialize;
 
-use crate::{evidence::SceneEvidence, stats::Outcome};
+use crate::{stats::Outcome, validation::SceneEvidence};
 
 /// Pass or fail for the eye: a symbol and a word, and a class for the colour that only repeats them.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct Mark {
+pub(crate) struct Mark {
     pub(super) symbol: &'static str,
     pub(super) word: &'static str,
     class: &'static str,
@@ -14,6 +14,11 @@ impl Mark {
     /// Of a finding.
     pub(super) fn of_finding(passed: bool) -> Self {
         if passed { Self::pass("holds") } else { Self::fail("fails") }
+    }
+
+    /// Of a prediction, if there is one.
+    pub(crate) fn of_prediction(holds: Option<bool>) -> Self {
+        holds.map_or(Self { symbol: "–", word: "nothing predicted", class: "open" }, Self::of_finding)
     }
 
     /// Of a scene: agreement does not count where the verdict is blind.

@@ -2,34 +2,34 @@
 //!
 //! | part | file |
 //! |---|---|
-//! | the page as a whole | `page`, `template.html`, `style.css`, `script.js` |
+//! | the page as a whole; the style sheet, which pages of studies share | `page`, `template.html`, `style.css`, `script.js` |
 //! | the laws, by the first part of their names | `laws`, `laws.html` |
 //! | the scenes | `scenes`, `scene.html` |
 //! | pictures as data URIs, with the ramps of their legends | `pictures` |
-//! | p-values of the tiles; measurements over their theory | `histogram`, `plot` |
+//! | which plots there are | `drawings` |
 //! | numbers as text; pass and fail as symbol and word | `number`; `mark`, `mark.html` |
 //! | `reports/verify.md` and `reports/verify.json` | `summary` |
 
-mod histogram;
+mod drawings;
 mod laws;
 mod mark;
 pub(crate) mod number;
 mod page;
 mod pictures;
-mod plot;
 #[cfg(test)]
 mod sample;
 mod scenes;
 pub mod summary;
 
-pub(crate) use page::{environment, now};
+pub(crate) use mark::Mark;
+pub(crate) use page::{environment, now, style};
 
 use std::path::{Path, PathBuf};
 
 use crate::{
-    evidence::Evidence,
     film::exr::{FileError, write_whole},
     law::Effort,
+    validation::Evidence,
 };
 
 /// Writes the page under a root and returns its path: `reports/verify/index.html`, or `reports/verify/part.html` if only

@@ -1,5 +1,7 @@
 //! Numbers as text: as many digits as matter, powers of ten as such.
 
+use crate::plot::power_of_ten;
+
 /// A narrow space that does not break.
 const THIN: char = '\u{202f}';
 
@@ -16,7 +18,7 @@ pub(crate) fn significant(x: f64, digits: usize) -> String {
         let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
         return trimmed(&format!("{x:.decimals$}"));
     }
-    let power = format!("10{}", superscript(exponent));
+    let power = power_of_ten(exponent);
     match trimmed(mantissa).as_str() {
         "1" => power,
         "−1" => format!("−{power}"),
@@ -74,12 +76,6 @@ fn trimmed(text: &str) -> String {
         "-0" => "0".into(),
         _ => text.replace('-', "−"),
     }
-}
-
-fn superscript(exponent: i32) -> String {
-    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
-    let raise = |c: char| c.to_digit(10).map_or('⁻', |digit| DIGITS[digit as usize]);
-    exponent.to_string().chars().map(raise).collect()
 }
 
 #[cfg(test)]

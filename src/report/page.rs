@@ -7,15 +7,16 @@ use serde::Serialize;
 
 use super::{command, laws, laws::Group, mark::Mark, number, scenes::SceneView};
 use crate::{
-    evidence::{Evidence, Row, SCALED},
     law::{Effort, Measured},
+    plot,
     stats::{VerdictConfig, multiple::sidak_p},
+    validation::{Evidence, Row, SCALED},
 };
 
 /// What is on the page.
 #[derive(Debug, Serialize)]
 struct Page {
-    style: &'static str,
+    style: String,
     script: &'static str,
     version: String,
     effort: &'static str,
@@ -70,20 +71,24 @@ pub(super) fn render(evidence: &Evidence) -> String {
         ("index.html", include_str!("template.html")),
         ("laws.html", include_str!("laws.html")),
         ("scene.html", include_str!("scene.html")),
-        ("mark.html", include_str!("mark.html")),
     ];
     let environment = environment(&parts);
     let template = environment.get_template("index.html").expect("it was added");
     template.render(Serde(Page::new(evidence))).expect("the template uses what the page has")
 }
 
-/// Templates by their names, of which those that end in .html are escaped.
+/// The style sheet of every page, with that of the plots.
+pub(crate) fn style() -> String {
+    format!("{}{}", include_str!("style.css"), plot::STYLE)
+}
+
+/// Templates by their names, of which those that end in .html are escaped. `mark.html` is in every environment.
 pub(crate) fn environment(parts: &[(&'static str, &'static str)]) -> Environment<'static> {
     let mut environment = Environment::new();
     let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
     environment.set_syntax(syntax.expect("the delimiters are the usual ones"));
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    for (name, source) in parts {
+    for (name, source) in [("mark.html", include_str!("mark.html"))].iter().chain(parts) {
         environment.add_template(name, source).expect("the templates are well-formed");
     }
     environment
@@ -99,7 +104,7 @@ impl Page {
         let scenes: Vec<_> = evidence.scenes.iter().map(SceneView::new).collect();
         let failures: Vec<_> = failures(&evidence.rows, &scenes);
         Self {
-            style: include_str!("style.css"),
+            style: style(),
             script: include_str!("script.js"),
             version: evidence.version.clone(),
             effort: match evidence.effort {
@@ -211,6 +216,12 @@ mod tests {
                 assert!(target.starts_with('#') || target.starts_with("data:image/png;base64,"), "{target:.60}");
             }
         }
+    }
+
+    #[test]
+    fn plots_are_in_the_page_with_their_style() {
+        let page = render(&sample::passing());
+        assert!(page.contains(r#"<svg class="chart""#) && page.contains(".chart .s0 {"));
     }
 
     #[test]

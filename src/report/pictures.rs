@@ -6,9 +6,9 @@ use serde::Serialize;
 use super::number;
 use crate::{
     comparison::{TILE, pictures},
-    evidence::{Images, SceneEvidence},
     film::picture::{automatic_exposure, png_bytes, tone_mapped},
     stats::tiles::luminance,
+    validation::{Images, SceneEvidence},
 };
 
 /// The pictures of a scene, each the value of a `src`.

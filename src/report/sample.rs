@@ -2,9 +2,9 @@
 
 use crate::{
     comparison::{Comparison, Metrics},
-    evidence::{Evidence, Images, Row, SceneEvidence},
     law::{Effort, Finding},
     stats::{DeterministicCheck, Estimate, Outcome, TiledMeans, Verdict, VerdictConfig},
+    validation::{Evidence, Images, Row, SceneEvidence},
 };
 
 fn row(name: &str, finding: Finding, passed: bool) -> Row {

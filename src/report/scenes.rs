@@ -2,11 +2,17 @@
 
 use serde::Serialize;
 
-use super::{anchor, histogram::Histogram, mark::Mark, number, pictures::Pictures};
+use super::{
+    anchor,
+    drawings::{self, Drawing},
+    mark::Mark,
+    number,
+    pictures::Pictures,
+};
 use crate::{
     comparison::TILE,
-    evidence::{SCALED, SceneEvidence},
     stats::{Outcome, Verdict, verdict::PeakTest},
+    validation::{SCALED, SceneEvidence},
 };
 
 const CHANNELS: [&str; 3] = ["red", "green", "blue"];
@@ -23,7 +29,7 @@ pub(super) struct SceneView {
     pub(super) mark: Mark,
     pub(super) passed: bool,
     pictures: Option<Pictures>,
-    histogram: Option<Histogram>,
+    histogram: Option<Drawing>,
     channels: Vec<ChannelsView>,
     numbers: Vec<Number>,
     reproduce: Vec<String>,
@@ -56,7 +62,7 @@ impl SceneView {
             mark: Mark::of_scene(scene),
             passed: scene.passed,
             pictures: Pictures::new(scene),
-            histogram: verdict.and_then(Histogram::of_tiles),
+            histogram: verdict.and_then(drawings::of_tiles),
             channels: verdict.map(|verdict| channels(scene, verdict)).unwrap_or_default(),
             numbers: verdict.map(statistics).unwrap_or_default().into_iter().chain(circumstances(scene)).collect(),
             reproduce: scene.reproduce.clone(),

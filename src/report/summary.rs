@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::{command, laws::FindingView, mark::Mark, number};
 use crate::{
-    evidence::{Evidence, Row, SceneEvidence},
     law::{Effort, Measured},
     stats::Outcome,
+    validation::{Evidence, Row, SceneEvidence},
 };
 
 /// A run without its pictures and tiles. Numbers that do not apply or are not finite are left out.
@@ -86,7 +86,7 @@ pub struct SummaryScene {
     pub spp: Option<u64>,
     /// Whether the same image times [`SCALED`] differs, as it must.
     ///
-    /// [`SCALED`]: crate::evidence::SCALED
+    /// [`SCALED`]: crate::validation::SCALED
     pub scaled_differs: bool,
     /// Seconds to render.
     pub seconds: f64,

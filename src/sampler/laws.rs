@@ -6,7 +6,7 @@ use glam::DVec2;
 
 use super::{Address, SampleStream as _, Sampler, SamplerModel as _};
 use crate::{
-    law::{Effort, Finding, Law},
+    law::{Check, Effort, Finding, Law},
     scene_file::{Plugin, xml},
     stats::{Chi2, Moments},
 };
@@ -18,14 +18,14 @@ pub const LAWS: &[Law] = &[
         claim: "Every sampler's mean of 64 samples of a smooth function of the square is unbiased; its variance is at most that of \
             64 jittered cells, for independent sampler that of independent sampler.",
         source: "variances by quadrature over the square and over its 8 by 8 cells; chi-square of the squared errors",
-        check: variance,
+        check: Check::Analytic(variance),
     },
     Law {
         name: "sampler/dimensions",
         claim: "The sampler of one path are unrelated: products of coordinates of different dimensions have the mean 1/4, for \
                 64 samples and for 60, which fill no square.",
         source: "∫ x y dx dy over the unit square",
-        check: dimensions,
+        check: Check::Analytic(dimensions),
     },
 ];
 

@@ -12,6 +12,7 @@ pub use independent::Independent;
 pub use low_discrepancy::LowDiscrepancy;
 pub use stratified::Stratified;
 
+use enum_dispatch::enum_dispatch;
 use glam::DVec2;
 
 use crate::{
@@ -68,9 +69,9 @@ impl SampleStream for Stream {
     }
 }
 
-catalogue! { ($)
+catalogue! {
     /// A sampler.
-    pub enum Sampler in Category::Sampler, each_sampler {
+    pub enum Sampler: SamplerModel in Category::Sampler, {
         /// Independent numbers.
         Independent(Independent),
         /// Stratified samples: one number in each of as many strata as there are samples.
@@ -91,6 +92,7 @@ const SEED: Param = Param::new("seed", ParamKind::Integer, "0", "the seed, unles
     .within(Range::NON_NEGATIVE);
 
 /// The interface of all samplers.
+#[enum_dispatch]
 pub trait SamplerModel {
     /// The samples per pixel that the scene asks for.
     fn sample_count(&self) -> u32;
@@ -132,25 +134,6 @@ impl SampleStream for PathSampler {
             Self::Stratified(sampler) => sampler.next_2d(),
             Self::LowDiscrepancy(sampler) => sampler.next_2d(),
         }
-    }
-}
-
-impl SamplerModel for Sampler {
-    fn sample_count(&self) -> u32 {
-        each_sampler!(self, sampler => sampler.sample_count())
-    }
-
-    fn seed(&self) -> u64 {
-        each_sampler!(self, sampler => sampler.seed())
-    }
-
-    #[inline]
-    fn path_sampler(&self, address: &Address) -> PathSampler {
-        each_sampler!(self, sampler => sampler.path_sampler(address))
-    }
-
-    fn is_open_ended(&self) -> bool {
-        each_sampler!(self, sampler => sampler.is_open_ended())
     }
 }
 

@@ -291,7 +291,7 @@ impl<'d> Builder<'d> {
             bsdfs: self.bsdfs,
             lights: self.lights,
             environment: self.environment,
-            power_up_to: Vec::new(),
+            light_powers: None,
             power: 0.0,
             scene_bounds,
             specular: is_bounded.then_some(specular),

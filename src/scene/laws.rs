@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::Scene;
 use crate::{
     emitter::{BoundingSphere, Emission},
-    law::{Effort, Finding, Law},
+    law::{Check, Effort, Finding, Law},
     math::{Rgb, rng::Stream},
     scene_file::xml,
     stats::Moments,
@@ -19,13 +19,13 @@ pub const LAWS: &[Law] = &[
         name: "scene/emission",
         claim: "Lights of unequal power, drawn in proportion to it, emit the sum of their powers.",
         source: "closed forms: 4π I and π L A",
-        check: emission,
+        check: Check::Analytic(emission),
     },
     Law {
         name: "scene/aim",
         claim: "Light that is aimed at spheres around mirrors and glass, which overlap, is all the light that goes through any of them.",
         source: "importance sampling leaves means as they are",
-        check: aim,
+        check: Check::Analytic(aim),
     },
 ];
 

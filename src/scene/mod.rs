@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3};
 use crate::{
     bsdf::{Bsdf, BsdfModel as _, Query, TransportMode},
     emitter::{BoundingSphere, Emission, EmissionTarget, Emitter, EmitterModel as _, EmitterSample},
-    math::{PerSolidAngle, Ray, Rgb, luminance, rng::hash},
+    math::{Distribution1D, PerSolidAngle, Ray, Rgb, luminance, rng::hash},
     sampler::SampleStream,
     sensor::{Sensor, SensorModel as _},
     shape::{Shape, ShapeModel as _, Shapes, Surface},
@@ -29,8 +29,8 @@ pub struct Scene {
     lights: Vec<Light>,
     /// Which light is the sky.
     environment: Option<usize>,
-    /// Which part of all emitted power comes from the lights up to each, the last being 1; empty if there is none.
-    power_up_to: Vec<f64>,
+    /// The lights by their power; None if they have none.
+    light_powers: Option<Distribution1D>,
     power: f64,
     /// Around everything of finite size.
     scene_bounds: BoundingSphere,
@@ -221,11 +221,10 @@ impl Scene {
     fn emit_through(&self, target: &EmissionTarget, sampler: &mut impl SampleStream) -> Option<(Emission, usize)> {
         let u = sampler.next_1d();
         let position = [sampler.next_2d(), sampler.next_2d()];
-        let index = self.power_up_to.partition_point(|&up_to| up_to <= u);
         // Without power no light is ever drawn.
-        let up_to = *self.power_up_to.get(index)?;
-        let before = if index == 0 { 0.0 } else { self.power_up_to[index - 1] };
-        let (light, chance) = (&self.lights[index], up_to - before);
+        let light_powers = self.light_powers.as_ref()?;
+        let index = light_powers.sample(u).index;
+        let (light, chance) = (&self.lights[index], light_powers.chance(index));
         let emission = light.emitter.emit(self.shape_of(light), target, position)?;
         (emission.flux != Rgb::ZERO).then_some((Emission { flux: emission.flux / chance, ..emission }, index))
     }
@@ -338,19 +337,9 @@ impl Scene {
     fn weigh_lights(mut self) -> Self {
         let target = EmissionTarget { sphere: self.scene_bounds, before: self.scene_bounds.radius, is_aimed: false };
         let power = |light: &Light| luminance(light.emitter.power(self.shape_of(light), &target));
-        let powers: Vec<f64> = self.lights.iter().map(power).collect();
-        let total: f64 = powers.iter().sum();
-        self.power = total;
-        if total > 0.0 {
-            let mut so_far = 0.0;
-            self.power_up_to = powers
-                .iter()
-                .map(|power| {
-                    so_far += power;
-                    so_far / total
-                })
-                .collect();
-        }
+        let powers = Distribution1D::new(self.lights.iter().map(power).collect::<Vec<_>>());
+        self.power = powers.total();
+        self.light_powers = powers.normalized();
         self
     }
 }

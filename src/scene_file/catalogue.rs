@@ -1,15 +1,28 @@
-/// Makes the closed set of one concept from its list: the enum, its plugin tables, its reader, and a macro that
-/// dispatches a call to whichever member it is.
+/// Makes the closed set of one concept from its list: the enum, its plugin tables and its reader; and it makes the enum
+/// answer traits as whichever member it is does.
 ///
 /// ```text
-/// catalogue! { ($)
+/// catalogue! {
 ///     /// A surface's way with light.
-///     pub enum Bsdf: Model, each_bsdf { Diffuse(diffuse::Diffuse), Dielectric(dielectric::Dielectric) }
+///     pub enum Bsdf: BsdfModel in Category::Bsdf { Diffuse(Diffuse), Dielectric(Glass<Dielectric>) }
 /// }
 /// ```
 ///
-/// Each member has the constant `PLUGIN` and `fn read(&Params) -> Result<Self, SceneError>` of [`Described`].
+/// Each member has the constant `PLUGIN` and `fn read(&Params) -> Result<Self, SceneError>` of [`Described`], and implements
+/// the traits, which bear the attribute `#[enum_dispatch]`: it forwards every method, those with a default too, and makes
+/// the enum from any member. Without a trait there is neither.
 macro_rules! catalogue {
+    ($(#[$meta:meta])* pub enum $Enum:ident $(: $Model:ident $(+ $More:ident)*)? in $category:expr, {
+        $($(#[$member_meta:meta])* $Member:ident($Type:ty)),* $(,)?
+    }) => {
+        $(#[$meta])*
+        $(#[::enum_dispatch::enum_dispatch($Model $(, $More)*)])?
+        #[derive(Clone, Debug)]
+        pub enum $Enum { $($(#[$member_meta])* $Member($Type)),* }
+
+        $crate::scene_file::catalogue! { @read $Enum in $category, { $($Member($Type)),* } }
+    };
+    // With a macro that matches, for traits that cannot be forwarded.
     (($d:tt) $(#[$meta:meta])* pub enum $Enum:ident in $category:expr, $each:ident {
         $($(#[$member_meta:meta])* $Member:ident($Type:ty)),* $(,)?
     }) => {
@@ -17,6 +30,19 @@ macro_rules! catalogue {
         #[derive(Clone, Debug)]
         pub enum $Enum { $($(#[$member_meta])* $Member($Type)),* }
 
+        $crate::scene_file::catalogue! { @read $Enum in $category, { $($Member($Type)),* } }
+
+        $(impl From<$Type> for $Enum {
+            fn from(member: $Type) -> Self { Self::$Member(member) }
+        })*
+
+        macro_rules! $each {
+            ($d value:expr, $d member:ident => $d body:expr) => {
+                match $d value { $($Enum::$Member($d member) => $d body),* }
+            };
+        }
+    };
+    (@read $Enum:ident in $category:expr, { $($Member:ident($Type:ty)),* }) => {
         impl $Enum {
             /// The manual page of every member, in the order of the list.
             pub const PLUGINS: &'static [&'static $crate::scene_file::Plugin] =
@@ -64,16 +90,6 @@ macro_rules! catalogue {
                 params.finish()?;
                 Ok(read)
             }
-        }
-
-        $(impl From<$Type> for $Enum {
-            fn from(member: $Type) -> Self { Self::$Member(member) }
-        })*
-
-        macro_rules! $each {
-            ($d value:expr, $d member:ident => $d body:expr) => {
-                match $d value { $($Enum::$Member($d member) => $d body),* }
-            };
         }
     };
 }

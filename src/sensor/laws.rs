@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use super::{Camera, Sensor, SensorModel as _};
 use crate::{
-    law::{Effort, Finding, Law},
+    law::{Check, Effort, Finding, Law},
     math::{Ray, rng::Stream},
     scene_file::xml,
     stats::{Ks, Moments},
@@ -19,21 +19,21 @@ pub const LAWS: &[Law] = &[
         claim: "The ray through the film's image of a point meets the point, whichever side the field of view is measured on, \
                 and spans the depths between the clipping planes.",
         source: "similar triangles; a 35 mm film of 36 mm by 24 mm keeps its diagonal",
-        check: projection,
+        check: Check::Analytic(projection),
     },
     Law {
         name: "sensor/blur-disc",
         claim: "Rays of one film position meet in one point of the plane in focus, and fill a disc of radius A |z - f| / f at \
                 depth z evenly, on the axis and off it.",
         source: "similar triangles; the edge spread of a disc, ½ + (u √(1 - u²) + asin u) / π: 0.804499 at ½",
-        check: blur_disc,
+        check: Check::Analytic(blur_disc),
     },
     Law {
         name: "sensor/importance",
         claim: "A sensor sees a point where its rays through the point leave the film, and the importance is the film's area per \
                 solid angle of directions, over the squared distance: pixels per area across the ray.",
         source: "the derivative of the position on the film by finite differences; the cosines of Veach 1997, section 8.3.2",
-        check: importance,
+        check: Check::Analytic(importance),
     },
 ];
 

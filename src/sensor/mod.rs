@@ -7,6 +7,7 @@ mod thinlens;
 pub use perspective::Perspective;
 pub use thinlens::ThinLens;
 
+use enum_dispatch::enum_dispatch;
 use glam::{DAffine3, DVec2, DVec3};
 
 use crate::{
@@ -31,6 +32,7 @@ pub struct SensorSample {
 }
 
 /// The interface of all cameras.
+#[enum_dispatch]
 pub trait SensorModel {
     /// The ray through a position on the film, in pixels from its top left corner, and a point of the lens, given by a point of
     /// the unit square. Its direction has unit length. All rays have the same weight.
@@ -44,29 +46,13 @@ pub trait SensorModel {
     fn footprint(&self, p: DVec3) -> f64;
 }
 
-catalogue! { ($)
+catalogue! {
     /// A camera.
-    pub enum Camera in Category::Sensor, each_camera {
+    pub enum Camera: SensorModel in Category::Sensor, {
         /// A pinhole.
         Perspective(Perspective),
         /// A thin lens.
         ThinLens(ThinLens),
-    }
-}
-
-impl SensorModel for Camera {
-    #[inline]
-    fn ray(&self, film: DVec2, lens: DVec2) -> Ray {
-        each_camera!(self, camera => camera.ray(film, lens))
-    }
-
-    #[inline]
-    fn sample_direction(&self, p: DVec3, lens: DVec2) -> Option<SensorSample> {
-        each_camera!(self, camera => camera.sample_direction(p, lens))
-    }
-
-    fn footprint(&self, p: DVec3) -> f64 {
-        each_camera!(self, camera => camera.footprint(p))
     }
 }
 

@@ -1,7 +1,7 @@
 use glam::DAffine3;
 
 use super::{
-    Crossing, Crossings, Geometry, Hit, Line, Operation, ShapeModel, Span, Surface,
+    Crossing, Crossings, Geometry, Hit, Line, Operation, ShapeModel, SolidModel, Span, Surface,
     affine::Affine,
     solid::{combine, combine_spans},
 };
@@ -246,6 +246,16 @@ impl ShapeModel for Csg {
         Surface { p: affine.point(surface.p), n: affine.normal(surface.n), shading, ..surface }
     }
 
+    fn not_an_emitter_because(&self) -> Option<&'static str> {
+        Some("let one of its parts shine beside it")
+    }
+
+    fn materials(&self) -> &[Option<ObjectId>] {
+        &self.materials
+    }
+}
+
+impl SolidModel for Csg {
     fn check_solid(&self) -> Result<(), String> {
         Ok(())
     }
@@ -257,13 +267,5 @@ impl ShapeModel for Csg {
             false
         });
         crossings
-    }
-
-    fn not_an_emitter_because(&self) -> Option<&'static str> {
-        Some("let one of its parts shine beside it")
-    }
-
-    fn materials(&self) -> &[Option<ObjectId>] {
-        &self.materials
     }
 }

@@ -1,8 +1,8 @@
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Crossing, Hit, Line, ShapeModel, ShapeSample, Span, Surface, affine::Affine};
+use super::{Crossing, Hit, Line, ShapeModel, ShapeSample, SolidModel, Span, Surface, affine::Affine};
 use crate::{
-    math::{Aabb, PerArea, Ray},
+    math::{Aabb, Distribution1D, Draw, PerArea, Ray},
     scene_file::{Category, Described, Params, Plugin, SceneError},
 };
 
@@ -12,8 +12,8 @@ use crate::{
 pub struct Cube {
     affine: Affine,
     normals: [DVec3; 6],
-    /// The chance of each face to be drawn, summed up: proportional to its area.
-    cumulative: [f64; 6],
+    /// The faces by their areas.
+    faces: Distribution1D<[f64; 6]>,
     pdf: PerArea,
 }
 
@@ -35,13 +35,9 @@ impl Described for Cube {
         let affine = Affine::read(params, DAffine3::IDENTITY)?;
         let areas: [f64; 6] = std::array::from_fn(|face| 4.0 / affine.pdf(PerArea(1.0), local_normal(face)).0);
         let total: f64 = areas.iter().sum();
-        let mut sum = 0.0;
-        let cumulative = areas.map(|area| {
-            sum += area / total;
-            sum
-        });
+        let faces = Distribution1D::of_chances(areas.map(|area| area / total));
         let normals = std::array::from_fn(|face| affine.normal(local_normal(face)));
-        Ok(Self { affine, normals, cumulative, pdf: PerArea(1.0 / total) })
+        Ok(Self { affine, normals, faces, pdf: PerArea(1.0 / total) })
     }
 }
 
@@ -74,19 +70,6 @@ impl ShapeModel for Cube {
         ray.contains(t).then_some(Hit::new(t, face as u32, DVec2::ZERO))
     }
 
-    fn check_solid(&self) -> Result<(), String> {
-        Ok(())
-    }
-
-    fn is_convex(&self) -> bool {
-        true
-    }
-
-    fn span(&self, line: &Line) -> Option<Span> {
-        let found = CANONICAL.cross(&self.affine.ray(&line.ray))?;
-        Some(found.map(|(t, face)| Crossing::new(t, face as u32)))
-    }
-
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
         let face = hit.primitive as usize;
         let mut local = self.affine.ray(ray).at(hit.t);
@@ -110,10 +93,7 @@ impl ShapeModel for Cube {
     }
 
     fn sample_position(&self, u: DVec2) -> ShapeSample<PerArea> {
-        let face = self.cumulative.iter().position(|&c| u.x < c).unwrap_or(5);
-        let below = if face == 0 { 0.0 } else { self.cumulative[face - 1] };
-        // What is left of u.x within the face's share is uniform again.
-        let along = (u.x - below) / (self.cumulative[face] - below);
+        let Draw { index: face, rest: along } = self.faces.sample(u.x);
         let (axis, a, b) = (face / 2, (face / 2 + 1) % 3, (face / 2 + 2) % 3);
         let mut local = DVec3::ZERO;
         local[axis] = local_normal(face)[axis];
@@ -124,5 +104,20 @@ impl ShapeModel for Cube {
 
     fn pdf_position(&self, _surface: &Surface) -> PerArea {
         self.pdf
+    }
+}
+
+impl SolidModel for Cube {
+    fn check_solid(&self) -> Result<(), String> {
+        Ok(())
+    }
+
+    fn is_convex(&self) -> bool {
+        true
+    }
+
+    fn span(&self, line: &Line) -> Option<Span> {
+        let found = CANONICAL.cross(&self.affine.ray(&line.ray))?;
+        Some(found.map(|(t, face)| Crossing::new(t, face as u32)))
     }
 }

@@ -2,7 +2,7 @@ use std::f64::consts::{FRAC_1_PI, TAU};
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Hit, ShapeModel, ShapeSample, Surface, affine::Affine};
+use super::{Hit, ShapeModel, ShapeSample, SolidModel, Surface, affine::Affine};
 use crate::{
     math::{Aabb, PerArea, Ray, warp},
     scene_file::{Category, Described, Params, Plugin, SceneError},
@@ -76,3 +76,5 @@ impl ShapeModel for Disk {
         self.pdf
     }
 }
+
+impl SolidModel for Disk {}

@@ -27,6 +27,7 @@ pub use solid::{Crossing, Crossings, Line, Operation, Span};
 pub use sphere::{Ellipsoid, EllipsoidShape, Sphere};
 
 use bvh::Bvh;
+use enum_dispatch::enum_dispatch;
 use glam::{DVec2, DVec3};
 use mesh::{OpenEdges, Shear};
 
@@ -101,6 +102,7 @@ pub struct ShapeSample<Density> {
 }
 
 /// The interface of all shapes. The direction of a ray may have any length but 0.
+#[enum_dispatch]
 pub trait ShapeModel {
     /// A box around the shape, in world space.
     fn bounds(&self) -> Aabb;
@@ -145,32 +147,9 @@ pub trait ShapeModel {
         Some(ShapeSample { p: drawn.p, n: drawn.n, uv: drawn.uv, pdf })
     }
 
-    /// Checks that it can be an operand of a csg.
-    ///
-    /// # Errors
-    /// The reason why it does not enclose a solid.
-    fn check_solid(&self) -> Result<(), String> {
-        Err("it is a surface that encloses nothing".into())
-    }
-
-    /// Whether the solid that it encloses is convex. Open ends count as closed.
-    fn is_convex(&self) -> bool {
-        false
-    }
-
-    /// The span of a line within the solid, if the solid is convex.
-    fn span(&self, _line: &Line) -> Option<Span> {
-        unreachable!("only convex solids answer with a single span")
-    }
-
-    /// All crossings of a line with the solid that it encloses.
-    fn cross(&self, line: &Line) -> Crossings {
-        self.span(line).into_iter().flatten().collect()
-    }
-
-    /// The surface at a crossing, with a normal that points out of the solid.
-    fn solid_surface(&self, ray: &Ray, hit: &Hit) -> Surface {
-        self.surface(ray, hit)
+    /// The density with which [`ShapeModel::sample_direction`] samples a point.
+    fn pdf_direction(&self, from: DVec3, surface: &Surface) -> PerSolidAngle {
+        as_seen(self.pdf_position(surface), from, surface.p, surface.n).unwrap_or(PerSolidAngle(0.0))
     }
 
     /// The material of each operand of a csg, or of the whole shape; None where it has none of its own.
@@ -207,10 +186,37 @@ pub trait ShapeModel {
     fn dropped(&self) -> usize {
         0
     }
+}
 
-    /// The density with which [`ShapeModel::sample_direction`] samples a point.
-    fn pdf_direction(&self, from: DVec3, surface: &Surface) -> PerSolidAngle {
-        as_seen(self.pdf_position(surface), from, surface.p, surface.n).unwrap_or(PerSolidAngle(0.0))
+/// The interface of operands of a csg: the solids that shapes enclose.
+#[enum_dispatch]
+pub trait SolidModel: ShapeModel {
+    /// Checks that it can be an operand of a csg.
+    ///
+    /// # Errors
+    /// The reason why it does not enclose a solid.
+    fn check_solid(&self) -> Result<(), String> {
+        Err("it is a surface that encloses nothing".into())
+    }
+
+    /// Whether the solid is convex. Open ends count as closed.
+    fn is_convex(&self) -> bool {
+        false
+    }
+
+    /// The span of a line within the solid, if the solid is convex.
+    fn span(&self, _line: &Line) -> Option<Span> {
+        unreachable!("only convex solids answer with a single span")
+    }
+
+    /// All crossings of a line with the surface of the solid.
+    fn cross(&self, line: &Line) -> Crossings {
+        self.span(line).into_iter().flatten().collect()
+    }
+
+    /// The surface at a crossing, with a normal that points out of the solid.
+    fn solid_surface(&self, ray: &Ray, hit: &Hit) -> Surface {
+        self.surface(ray, hit)
     }
 }
 
@@ -220,9 +226,9 @@ fn as_seen(pdf: PerArea, from: DVec3, p: DVec3, n: DVec3) -> Option<PerSolidAngl
     pdf.to_solid_angle(n.dot(way) / distance_squared.sqrt(), distance_squared)
 }
 
-catalogue! { ($)
+catalogue! {
     /// The geometry of a shape, without material and emitter.
-    pub enum Geometry in Category::Shape, each_geometry {
+    pub enum Geometry: ShapeModel + SolidModel in Category::Shape, {
         /// A sphere or an ellipsoid.
         Sphere(EllipsoidShape<Sphere>),
         /// An ellipsoid.
@@ -280,8 +286,7 @@ impl Shape {
     /// If a parameter is wrong or its file cannot be read.
     pub fn read_from(params: &Params<'_>) -> Result<Self, SceneError> {
         let geometry = Geometry::read_from(params)?;
-        let flipped =
-            params.boolean(FLIP_NORMALS.name)? ^ each_geometry!(&geometry, geometry => geometry.is_inside_out());
+        let flipped = params.boolean(FLIP_NORMALS.name)? ^ geometry.is_inside_out();
         Ok(Self { geometry, flipped })
     }
 
@@ -298,109 +303,84 @@ impl Shape {
     }
 }
 
+/// Turns normals around if it is flipped, and else answers as its geometry does. Every method is written out, so that a new
+/// one is not answered by its default.
+#[deny(clippy::missing_trait_methods)]
 impl ShapeModel for Shape {
     fn bounds(&self) -> Aabb {
-        each_geometry!(&self.geometry, geometry => geometry.bounds())
+        self.geometry.bounds()
     }
 
     #[inline]
     fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        each_geometry!(&self.geometry, geometry => geometry.intersect(ray))
+        self.geometry.intersect(ray)
     }
 
     fn hierarchy(&self) -> Option<&Bvh> {
-        each_geometry!(&self.geometry, geometry => geometry.hierarchy())
+        self.geometry.hierarchy()
     }
 
     #[inline(always)]
     fn intersect_block(&self, block: u32, ray: &Ray, shear: &mut Option<Shear>) -> Option<Hit> {
-        each_geometry!(&self.geometry, geometry => geometry.intersect_block(block, ray, shear))
+        self.geometry.intersect_block(block, ray, shear)
     }
 
     #[inline]
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
-        let surface = each_geometry!(&self.geometry, geometry => geometry.surface(ray, hit));
+        let surface = self.geometry.surface(ray, hit);
         if self.flipped { surface.flipped() } else { surface }
     }
 
     fn not_an_emitter_because(&self) -> Option<&'static str> {
-        each_geometry!(&self.geometry, geometry => geometry.not_an_emitter_because())
+        self.geometry.not_an_emitter_because()
     }
 
     fn sample_position(&self, u: DVec2) -> ShapeSample<PerArea> {
-        let drawn = each_geometry!(&self.geometry, geometry => geometry.sample_position(u));
+        let drawn = self.geometry.sample_position(u);
         ShapeSample { n: self.outward(drawn.n), ..drawn }
     }
 
     fn pdf_position(&self, surface: &Surface) -> PerArea {
-        each_geometry!(&self.geometry, geometry => geometry.pdf_position(surface))
+        self.geometry.pdf_position(surface)
     }
 
     #[inline]
     fn sample_direction(&self, from: DVec3, u: DVec2) -> Option<ShapeSample<PerSolidAngle>> {
-        let drawn = each_geometry!(&self.geometry, geometry => geometry.sample_direction(from, u))?;
+        let drawn = self.geometry.sample_direction(from, u)?;
         Some(ShapeSample { n: self.outward(drawn.n), ..drawn })
     }
 
     #[inline]
     fn pdf_direction(&self, from: DVec3, surface: &Surface) -> PerSolidAngle {
-        each_geometry!(&self.geometry, geometry => geometry.pdf_direction(from, surface))
-    }
-
-    fn dropped(&self) -> usize {
-        each_geometry!(&self.geometry, geometry => geometry.dropped())
+        self.geometry.pdf_direction(from, surface)
     }
 
     fn materials(&self) -> &[Option<ObjectId>] {
-        each_geometry!(&self.geometry, geometry => geometry.materials())
+        self.geometry.materials()
     }
 
     fn edge_distance(&self, surface: &Surface) -> Option<f64> {
-        each_geometry!(&self.geometry, geometry => geometry.edge_distance(surface))
+        self.geometry.edge_distance(surface)
     }
 
     #[inline]
     fn is_polyhedron(&self) -> bool {
-        each_geometry!(&self.geometry, geometry => geometry.is_polyhedron())
+        self.geometry.is_polyhedron()
     }
 
     fn polygon(&self, surface: &Surface) -> Option<[DVec3; 4]> {
-        each_geometry!(&self.geometry, geometry => geometry.polygon(surface))
+        self.geometry.polygon(surface)
     }
 
     fn open_edges(&self) -> Option<OpenEdges> {
-        each_geometry!(&self.geometry, geometry => geometry.open_edges())
-    }
-}
-
-/// What an operand of a csg answers, of whatever form it is.
-impl Geometry {
-    fn check_solid(&self) -> Result<(), String> {
-        each_geometry!(self, geometry => geometry.check_solid())
+        self.geometry.open_edges()
     }
 
-    fn bounds(&self) -> Aabb {
-        each_geometry!(self, geometry => geometry.bounds())
+    fn is_inside_out(&self) -> bool {
+        self.geometry.is_inside_out()
     }
 
-    fn is_convex(&self) -> bool {
-        each_geometry!(self, geometry => geometry.is_convex())
-    }
-
-    #[inline(always)]
-    fn span(&self, line: &Line) -> Option<Span> {
-        each_geometry!(self, geometry => geometry.span(line))
-    }
-
-    fn cross(&self, line: &Line) -> Crossings {
-        each_geometry!(self, geometry => geometry.cross(line))
-    }
-
-    fn solid_surface(&self, ray: &Ray, hit: &Hit) -> Surface {
-        each_geometry!(self, geometry => geometry.solid_surface(ray, hit))
-    }
-
-    fn materials(&self) -> &[Option<ObjectId>] {
-        each_geometry!(self, geometry => geometry.materials())
+    fn dropped(&self) -> usize {
+        self.geometry.dropped()
     }
 }

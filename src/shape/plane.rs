@@ -1,6 +1,6 @@
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Crossing, Hit, Line, ShapeModel, Span, Surface, affine::Affine};
+use super::{Crossing, Hit, Line, ShapeModel, SolidModel, Span, Surface, affine::Affine};
 use crate::{
     math::{Aabb, Ray},
     scene_file::{Category, Described, Params, Plugin, SceneError},
@@ -51,6 +51,12 @@ impl ShapeModel for Plane {
         Surface::flat(self.affine.point(at.extend(0.0)), self.n, at, 0)
     }
 
+    fn not_an_emitter_because(&self) -> Option<&'static str> {
+        Some("its area is infinite; a rectangle can shine")
+    }
+}
+
+impl SolidModel for Plane {
     fn check_solid(&self) -> Result<(), String> {
         Ok(())
     }
@@ -71,9 +77,5 @@ impl ShapeModel for Plane {
         } else {
             (height < 0.0).then_some([before, beyond])
         }
-    }
-
-    fn not_an_emitter_because(&self) -> Option<&'static str> {
-        Some("its area is infinite; a rectangle can shine")
     }
 }

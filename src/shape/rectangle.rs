@@ -1,6 +1,6 @@
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Hit, ShapeModel, ShapeSample, Surface, affine::Affine};
+use super::{Hit, ShapeModel, ShapeSample, SolidModel, Surface, affine::Affine};
 use crate::{
     math::{Aabb, PerArea, Ray},
     scene_file::{Category, Described, Params, Plugin, SceneError},
@@ -75,3 +75,5 @@ impl ShapeModel for Rectangle {
         self.pdf
     }
 }
+
+impl SolidModel for Rectangle {}

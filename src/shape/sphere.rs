@@ -6,7 +6,7 @@ use std::{
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Crossing, Hit, Line, ShapeModel, ShapeSample, Span, Surface, affine::Affine};
+use super::{Crossing, Hit, Line, ShapeModel, ShapeSample, SolidModel, Span, Surface, affine::Affine};
 use crate::{
     math::{Aabb, Frame, PerArea, PerSolidAngle, Ray, warp},
     scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
@@ -191,19 +191,6 @@ impl<K: EllipsoidKind> ShapeModel for EllipsoidShape<K> {
         ray.contains(t).then_some(Hit::new(t, 0, DVec2::ZERO))
     }
 
-    fn check_solid(&self) -> Result<(), String> {
-        Ok(())
-    }
-
-    fn is_convex(&self) -> bool {
-        true
-    }
-
-    #[inline(always)]
-    fn span(&self, line: &Line) -> Option<Span> {
-        self.roots(&line.ray).map(|roots| roots.map(|t| Crossing::new(t, 0)))
-    }
-
     fn is_inside_out(&self) -> bool {
         K::TURNS_IN_MIRRORS && self.affine.to_world.matrix3.determinant() < 0.0
     }
@@ -247,6 +234,21 @@ impl<K: EllipsoidKind> ShapeModel for EllipsoidShape<K> {
             return PerSolidAngle(warp::square_to_cone_pdf(cap.one_minus_cos));
         }
         super::as_seen(self.pdf_position(surface), from, surface.p, surface.n).unwrap_or(PerSolidAngle(0.0))
+    }
+}
+
+impl<K: EllipsoidKind> SolidModel for EllipsoidShape<K> {
+    fn check_solid(&self) -> Result<(), String> {
+        Ok(())
+    }
+
+    fn is_convex(&self) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn span(&self, line: &Line) -> Option<Span> {
+        self.roots(&line.ray).map(|roots| roots.map(|t| Crossing::new(t, 0)))
     }
 }
 

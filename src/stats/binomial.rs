@@ -16,11 +16,8 @@ pub fn at_least_p(count: u64, trials: u64, rate: f64) -> f64 {
 }
 
 /// P(X <= count): small when there are too few, as when a bias is found less often than the power promises.
-///
-/// # Panics
-/// If `rate` is not in \[0, 1\].
-#[must_use]
-pub fn at_most_p(count: u64, trials: u64, rate: f64) -> f64 {
+#[cfg(test)]
+pub(crate) fn at_most_p(count: u64, trials: u64, rate: f64) -> f64 {
     distribution(trials, rate).cdf(count)
 }
 

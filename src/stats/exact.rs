@@ -141,12 +141,6 @@ impl ExactMoments {
         self.n
     }
 
-    /// The sum of the numbers, exact in units of 2^-64.
-    #[must_use]
-    pub fn sum(&self) -> ExactSum {
-        self.sum
-    }
-
     /// Whether the sum or the sum of squares left its range.
     #[must_use]
     pub fn is_saturated(&self) -> bool {
@@ -340,7 +334,7 @@ mod tests {
     #[test]
     fn squares_saturate_before_the_sum() {
         let moments = moments_of(&[1e9, 1.0]);
-        assert!(moments.is_saturated() && !moments.sum().is_saturated());
+        assert!(moments.is_saturated() && !moments.sum.is_saturated());
         assert_eq!(moments.variance(), Some(f64::INFINITY));
         assert!(!moments_of(&[5e8, 1.0]).is_saturated());
     }

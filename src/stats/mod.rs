@@ -13,7 +13,7 @@
 //! | samples against a distribution function | [`ks`] | [`Ks`] |
 //! | many tests at once | [`multiple`] | levels, adjusted p-values, rejections |
 //! | counts of rejections against a rate | [`binomial`] | exact tail probabilities |
-//! | what a test would have seen | [`power`] | detectable differences, sample sizes |
+//! | what a test would have seen | [`power`] | detectable differences |
 //! | a power law through points | [`slope`] | [`Slope`] |
 //! | a curve of predicted shape | [`amplitude`] | [`Amplitudes`] |
 //! | where two power laws meet | [`crossing`] | [`LogInterval`] |

@@ -29,19 +29,6 @@ impl Moments {
         self.m2 += before * (x - self.mean);
     }
 
-    /// Adds everything that was pushed to `other`.
-    pub fn merge(&mut self, other: &Self) {
-        if other.n == 0 {
-            return;
-        }
-        let (here, there) = (self.n as f64, other.n as f64);
-        let total = here + there;
-        let between = other.mean - self.mean;
-        self.mean += between * (there / total);
-        self.m2 += other.m2 + between * between * (here * there / total);
-        self.n += other.n;
-    }
-
     /// The unbiased (n - 1) variance of one number; `None` below two numbers.
     #[must_use]
     pub fn variance(&self) -> Option<f64> {
@@ -115,17 +102,6 @@ mod tests {
             let (mean, variance) = two_pass(&x);
             prop_assert!((moments.mean - mean).abs() <= 1e-14 * 1e6);
             prop_assert!((moments.variance().unwrap() - variance).abs() <= 1e-8 * (1.0 + variance));
-        }
-
-        #[test]
-        fn merge_agrees_with_push(x in numbers(), cut in 0.0..1.0) {
-            let cut = (cut * x.len() as f64) as usize;
-            let whole: Moments = x.iter().copied().collect();
-            let mut left: Moments = x[..cut].iter().copied().collect();
-            left.merge(&x[cut..].iter().copied().collect());
-            prop_assert_eq!(left.n, whole.n);
-            prop_assert!((left.mean - whole.mean).abs() <= 1e-14 * 1e6);
-            prop_assert!((left.m2 - whole.m2).abs() <= 1e-8 * (1.0 + whole.m2));
         }
     }
 }

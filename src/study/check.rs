@@ -1,21 +1,48 @@
-//! What a study's file says that serde cannot know to be wrong.
+//! How a study's file is read, and what it says that serde cannot know to be wrong.
 
-use std::collections::BTreeSet;
+use std::{collections::BTreeSet, fs, path::Path};
 
 use glob::Pattern;
 use toml::Spanned;
 
 use super::{
     Study, StudyError,
-    spec::{ComparisonSpec, FitSpec, MaskSpec, MethodSpec, Quantity, ReferenceSpec, RendererName, SceneSpec},
+    spec::{ComparisonSpec, FitSpec, MaskSpec, MethodSpec, Quantity, ReferenceSpec, RendererName, SceneSpec, fault},
 };
+use crate::film::exr::FileError;
 
 /// The fewest runs of a cell from which its scatter is known at all well.
 const MIN_SEEDS: u32 = 3;
 /// Seeds of a cell have ten bits.
 const MAX_SEEDS: u32 = 1024;
 
-pub(super) fn check(study: &Study) -> Result<(), StudyError> {
+impl Study {
+    /// Reads the file of a study.
+    ///
+    /// # Errors
+    /// If it cannot be read, or says what a study cannot mean.
+    pub fn read(file: &Path) -> Result<Self, StudyError> {
+        let text = fs::read_to_string(file).map_err(|error| FileError::new(file, error))?;
+        Self::parse(file, text)
+    }
+
+    pub(super) fn parse(file: &Path, text: String) -> Result<Self, StudyError> {
+        let name = file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        match toml::from_str(&text) {
+            Ok(spec) => {
+                let study = Self { file: file.to_owned(), name, text, spec };
+                check(&study)?;
+                Ok(study)
+            }
+            Err(error) => {
+                let at = error.span().map_or(0, |span| span.start);
+                Err(fault(file, &text, at, error.message().replace('\n', "; ")))
+            }
+        }
+    }
+}
+
+fn check(study: &Study) -> Result<(), StudyError> {
     let spec = &study.spec;
     let seeds = *spec.seeds.as_ref();
     let at = spec.seeds.span().start;
@@ -242,8 +269,6 @@ fn names(
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
 
     /// A study that is right, over a file that exists.

@@ -5,14 +5,34 @@ use std::collections::BTreeSet;
 use super::{
     Study,
     fits::{Fit, FitResult},
-    plot::{Curve, Dot, Plot},
+    plan,
     spec::{Axis, Quantity},
     tables::CellFound,
 };
+use crate::plot::{self, Layer, Plot, Point, Shape, Style};
 
-/// The drawings of a scene: the RMSE and all that is fitted, over what is varied and over the time of all cores. The name of
-/// each one's file, what it shows, and itself.
-pub(super) fn of_scene(study: &Study, scene: &str, cells: &[&CellFound], fits: &[Fit]) -> Vec<(String, String, Plot)> {
+/// A plot of a scene.
+#[derive(Debug)]
+pub(super) struct Drawing {
+    /// The name of its file.
+    pub(super) file: String,
+    /// What it shows.
+    pub(super) words: String,
+    pub(super) plot: Plot,
+}
+
+/// What is drawn of a scene: a quantity over an axis.
+#[derive(Clone, Copy)]
+struct Subject<'s> {
+    scene: &'s str,
+    y: Quantity,
+    masked: bool,
+    x: Axis,
+    x_name: &'s str,
+}
+
+/// The drawings of a scene: the RMSE and all that is fitted, over what is varied and over the time of all cores.
+pub(super) fn of_scene(study: &Study, scene: &str, cells: &[&CellFound], fits: &[Fit]) -> Vec<Drawing> {
     let fitted = fits.iter().filter(|fit| fit.scene == scene && fit.y != Quantity::Bias).map(|fit| (fit.y, fit.masked));
     let wanted: BTreeSet<(Quantity, bool)> = fitted.chain([(Quantity::Rmse, false)]).collect();
     let names: BTreeSet<&str> = cells.iter().map(|cell| cell.cell.x_name.as_str()).collect();
@@ -20,64 +40,74 @@ pub(super) fn of_scene(study: &Study, scene: &str, cells: &[&CellFound], fits: &
     for &(y, masked) in &wanted {
         for x_name in &names {
             let own: Vec<_> = cells.iter().copied().filter(|cell| cell.cell.x_name == *x_name).collect();
-            all.push(drawing(study, scene, &own, fits, (y, masked), Axis::X, x_name));
+            all.push(Subject { scene, y, masked, x: Axis::X, x_name }.drawing(study, &own, fits));
         }
     }
     if cells.iter().any(|cell| cell.core_seconds.is_some()) {
         for &(y, masked) in wanted.iter().filter(|(y, _)| matches!(y, Quantity::Rmse | Quantity::Mse)) {
-            all.push(drawing(study, scene, cells, fits, (y, masked), Axis::CoreSeconds, "core-seconds"));
+            let subject = Subject { scene, y, masked, x: Axis::CoreSeconds, x_name: "core-seconds" };
+            all.push(subject.drawing(study, cells, fits));
         }
     }
     all
 }
 
-fn drawing(
-    study: &Study,
-    scene: &str,
-    cells: &[&CellFound],
-    fits: &[Fit],
-    (y, masked): (Quantity, bool),
-    axis: Axis,
-    x_name: &str,
-) -> (String, String, Plot) {
-    let title = format!("{}{}", y.title(), if masked { " in the mask" } else { "" });
-    let mut curves = Vec::new();
-    for (style, method) in study.spec.methods.as_ref().iter().enumerate() {
-        let own = cells.iter().filter(|cell| cell.method == *method.name.as_ref());
-        let dots: Vec<Dot> = own.filter_map(|cell| dot(cell, y, masked, axis)).collect();
-        if dots.is_empty() {
-            continue;
+impl Subject<'_> {
+    fn drawing(self, study: &Study, cells: &[&CellFound], fits: &[Fit]) -> Drawing {
+        let Self { scene, y, masked, x, x_name } = self;
+        let mut layers = Vec::new();
+        for (number, method) in study.spec.methods.as_ref().iter().enumerate() {
+            let name = method.name.as_ref();
+            let style = Style::Series(number);
+            let points: Vec<Point> =
+                cells.iter().filter(|cell| cell.method == *name).filter_map(|cell| self.point(cell)).collect();
+            if points.is_empty() {
+                continue;
+            }
+            let of_method = |fit: &&Fit| fit.method == *name && self.is_of(fit) && predicts(fit);
+            let prediction = fits.iter().find(of_method).map_or_else(Vec::new, |fit| line(fit, &points));
+            layers.push(Layer { label: name.clone(), style, shape: Shape::Points { points, joined: true } });
+            if !prediction.is_empty() {
+                let shape = Shape::Line { points: prediction, is_dashed: true };
+                layers.push(Layer { label: "predicted".into(), style, shape });
+            }
         }
-        let belongs = |fit: &&Fit| {
-            fit.scene == scene && fit.method == *method.name.as_ref() && (fit.y, fit.masked, fit.x) == (y, masked, axis)
+        let x_title = match (x, x_name) {
+            (Axis::CoreSeconds, _) => "time of a run, in core-seconds".to_owned(),
+            (Axis::X, "spp") => "samples per pixel".to_owned(),
+            (Axis::X, name) => name.replace('_', " "),
         };
-        let predicts = |fit: &&Fit| fit.predicted_slope.is_some() || matches!(fit.found, FitResult::Curves { .. });
-        let prediction = fits.iter().filter(belongs).find(predicts).map_or_else(Vec::new, |fit| line(fit, &dots));
-        curves.push(Curve { label: method.name.as_ref().clone(), style, dots, prediction });
+        let y_title = format!("{}{}", y.title(), if masked { " in the mask" } else { "" });
+        let id = plan::identifier(&format!("{scene}.{}{}.{x_name}", y.name(), if masked { "-masked" } else { "" }));
+        let words = format!("{y_title} over {x_title}");
+        let (x, y) = (plot::Axis::log(x_title), plot::Axis::log(y_title));
+        Drawing { file: format!("{id}.svg"), words, plot: Plot { title: scene.to_owned(), x, y, layers } }
     }
-    let x_title = match (axis, x_name) {
-        (Axis::CoreSeconds, _) => "core-seconds of a run".to_owned(),
-        (Axis::X, "spp") => "samples per pixel".to_owned(),
-        (Axis::X, name) => name.replace('_', " "),
-    };
-    let id = super::plan::identifier(&format!("{scene}.{}{}.{x_name}", y.name(), if masked { "-masked" } else { "" }));
-    let words = format!("{title} over {x_title}");
-    (format!("{id}.svg"), words, Plot { title: scene.to_owned(), x_title, y_title: title, curves })
+
+    fn point(&self, cell: &CellFound) -> Option<Point> {
+        let found = cell.quantity(self.y, self.masked)?;
+        let x = match self.x {
+            Axis::X => cell.cell.x,
+            Axis::CoreSeconds => cell.core_seconds?.value,
+        };
+        (x > 0.0).then_some(Point { x, y: found.value, std_error: found.std_error })
+    }
+
+    fn is_of(&self, fit: &Fit) -> bool {
+        fit.scene == self.scene && (fit.y, fit.masked, fit.x) == (self.y, self.masked, self.x)
+    }
 }
 
-fn dot(cell: &CellFound, y: Quantity, masked: bool, axis: Axis) -> Option<Dot> {
-    let found = cell.quantity(y, masked)?;
-    let x = match axis {
-        Axis::X => cell.cell.x,
-        Axis::CoreSeconds => cell.core_seconds?.value,
-    };
-    (x > 0.0).then_some(Dot { x, y: found.value, std_error: found.std_error })
+/// Whether a fit predicts a curve.
+fn predicts(fit: &Fit) -> bool {
+    fit.predicted_slope.is_some() || matches!(fit.found, FitResult::Curves { .. })
 }
 
 /// The prediction of a fit over the range of its points.
-fn line(fit: &Fit, dots: &[Dot]) -> Vec<[f64; 2]> {
+fn line(fit: &Fit, points: &[Point]) -> Vec<[f64; 2]> {
     const STEPS: u32 = 48;
-    let (low, high) = dots.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), dot| (low.min(dot.x), high.max(dot.x)));
+    let held = |[low, high]: [f64; 2], point: &Point| [low.min(point.x), high.max(point.x)];
+    let [low, high] = points.iter().fold([f64::INFINITY, 0.0], held);
     let at = |step: u32| low * (high / low).powf(f64::from(step) / f64::from(STEPS));
-    (0..=STEPS).filter_map(|step| Some([at(step), fit.at(at(step))?])).filter(|[_, y]| *y > 0.0).collect()
+    (0..=STEPS).filter_map(|step| Some([at(step), fit.at(at(step))?])).collect()
 }

@@ -1,16 +1,16 @@
 //! From the images that are there to rows, cells, fits, drawings and the page.
 
-use std::{collections::BTreeMap, path::PathBuf, sync::Mutex};
+use std::{collections::BTreeMap, sync::Mutex};
 
 use rayon::prelude::*;
 
 use super::{
-    Plan, Run, Study, StudyError,
-    comparison::{self, MethodComparison},
+    Plan, Run, Study, StudyError, comparison,
     error_decomposition::{ErrorDecomposition, Uncertain},
-    fits::{self, Fit},
+    fits,
     ground_truth::{GroundTruth, Picture, Target},
     measures::Measures,
+    outcome::Evaluation,
     page,
     plan::Cell,
     record::{self, TableRow},
@@ -20,34 +20,6 @@ use crate::{
     film::exr::{self, FileError, write_whole},
     provenance,
 };
-
-/// What a study has found.
-#[derive(Debug)]
-pub struct Evaluation {
-    pub(super) cells: Vec<CellFound>,
-    pub(super) fits: Vec<Fit>,
-    pub(super) comparisons: Vec<MethodComparison>,
-    /// Runs that are not there.
-    pub missing: usize,
-    /// The page.
-    pub page: PathBuf,
-}
-
-impl Evaluation {
-    /// A line for each fit and each comparison.
-    #[must_use]
-    pub fn lines(&self) -> Vec<String> {
-        self.fits.iter().map(Fit::line).chain(self.comparisons.iter().map(MethodComparison::line)).collect()
-    }
-
-    /// Whether everything holds that the study predicts.
-    #[must_use]
-    pub fn passed(&self) -> bool {
-        let verdicts =
-            self.fits.iter().map(|fit| fit.holds).chain(self.comparisons.iter().map(|comparison| comparison.holds));
-        verdicts.flatten().all(|holds| holds)
-    }
-}
 
 /// Makes the row of a run as soon as its image is there, and adds it to the table.
 #[derive(Debug)]

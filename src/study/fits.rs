@@ -222,7 +222,7 @@ impl Series<'_> {
                     format!("the interval is wider than {widest}: it decides nothing"),
                 );
                 // A range says nothing of straightness.
-                slope.residuals.filter(|_| spec.slope.is_some())
+                spec.slope.is_some().then_some(slope.residuals)
             }
             FitResult::Curves { fit, .. } => {
                 for (found, predicted) in fit.amplitudes.iter().zip(&spec.amplitudes) {
@@ -262,7 +262,7 @@ impl FitResult {
     /// The test of its residuals.
     pub(super) fn residuals(&self) -> Option<Chi2> {
         match self {
-            Self::Slope(slope) => slope.residuals,
+            Self::Slope(slope) => Some(slope.residuals),
             Self::Curves { fit, .. } => Some(fit.residuals),
             Self::Zero(chi2) => Some(*chi2),
             Self::Nothing => None,

@@ -6,7 +6,7 @@
 //!
 //! | part | file |
 //! |---|---|
-//! | the form of the file, and what is refused | `spec`, `check` |
+//! | the form of the file; how it is read, and what is refused | `spec`; `check` |
 //! | cells and runs, their seeds and command lines | [`plan`] |
 //! | a run, whether it is there, and how it is made | [`run`] |
 //! | what the images should be, and which pixels count | `ground_truth`, `mask` |
@@ -15,7 +15,8 @@
 //! | tables that people and programs read | `record`, `tables` |
 //! | closed list of predicted curves | `theory` |
 //! | slopes, amplitudes, crossings, and whether predictions hold | `fits`, `comparison` |
-//! | drawings and the page | `plot`, `drawings`, `page` |
+//! | everything that was found; how it is found | `outcome`; [`evaluate`] |
+//! | drawings and the page | `drawings`, `page` |
 //!
 //! # Errors that are stated
 //!
@@ -40,9 +41,9 @@ mod flip;
 mod spec;
 mod mask;
 mod measures;
+mod outcome;
 mod page;
 pub mod plan;
-mod plot;
 mod record;
 pub mod run;
 mod error_decomposition;
@@ -51,7 +52,7 @@ mod tables;
 mod theory;
 mod ground_truth;
 
-pub use evaluate::Evaluation;
+pub use outcome::Evaluation;
 pub use plan::Plan;
 pub use run::Run;
 pub use spec::Study;

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::{
     Evaluation, Plan, Study, StudyError,
     comparison::MethodComparison,
-    drawings,
+    drawings::{self, Drawing},
     error_decomposition::Uncertain,
     fits::{Fit, FitResult},
     spec::Quantity,
@@ -15,13 +15,13 @@ use super::{
 use crate::{
     film::exr::write_whole,
     provenance,
-    report::{self, number},
+    report::{self, Mark, number},
 };
 
 /// What is on the page.
 #[derive(Debug, Serialize)]
 struct Page<'s> {
-    style: &'static str,
+    style: String,
     title: &'s str,
     description: Vec<&'s str>,
     name: &'s str,
@@ -54,7 +54,7 @@ struct FitView {
     predicted: String,
     found: String,
     residuals: String,
-    verdict: Verdict,
+    verdict: Mark,
     why: String,
 }
 
@@ -65,26 +65,8 @@ struct ContestView {
     what: String,
     found: String,
     predicted: String,
-    verdict: Verdict,
+    verdict: Mark,
     why: String,
-}
-
-/// Pass or fail for the eye.
-#[derive(Clone, Copy, Debug, Serialize)]
-struct Verdict {
-    symbol: &'static str,
-    word: &'static str,
-    class: &'static str,
-}
-
-impl Verdict {
-    fn new(holds: Option<bool>) -> Self {
-        match holds {
-            Some(true) => Self { symbol: "✓", word: "holds", class: "pass" },
-            Some(false) => Self { symbol: "✗", word: "fails", class: "fail" },
-            None => Self { symbol: "–", word: "nothing predicted", class: "open" },
-        }
-    }
 }
 
 #[derive(Debug, Serialize)]
@@ -99,6 +81,7 @@ struct SceneView {
 
 #[derive(Debug, Serialize)]
 struct PlotView {
+    svg: String,
     file: String,
     words: String,
 }
@@ -130,10 +113,10 @@ pub(super) fn write(study: &Study, plan: &Plan, evaluation: &Evaluation, command
         let name = spec.name();
         let cells: Vec<&CellFound> = evaluation.cells.iter().filter(|cell| cell.scene == name).collect();
         let mut plots = Vec::new();
-        for (file, words, plot) in drawings::of_scene(study, &name, &cells, &evaluation.fits) {
-            if let Some(svg) = plot.draw() {
-                write_whole(&plan.folder.join(&file), svg.as_bytes())?;
-                plots.push(PlotView { file, words });
+        for Drawing { file, words, plot } in drawings::of_scene(study, &name, &cells, &evaluation.fits) {
+            if let (Some(svg), Some(alone)) = (plot.inline(), plot.file()) {
+                write_whole(&plan.folder.join(&file), alone.as_bytes())?;
+                plots.push(PlotView { svg, file, words });
             }
         }
         scenes.push(SceneView {
@@ -158,7 +141,7 @@ impl<'s> Page<'s> {
             fits.chain(evaluation.comparisons.iter().map(|comparison| comparison.holds)).flatten().collect();
         let judged = evaluation.fits.iter().find(|fit| fit.holds.is_some());
         Self {
-            style: include_str!("../report/style.css"),
+            style: report::style(),
             title: study.title(),
             description: study.spec.description.split("\n\n").map(str::trim).filter(|text| !text.is_empty()).collect(),
             name: &study.name,
@@ -206,7 +189,7 @@ impl FitView {
                     number::probability(chi2.p)
                 )
             }),
-            verdict: Verdict::new(fit.holds),
+            verdict: Mark::of_prediction(fit.holds),
             why: fit.why.clone(),
         }
     }
@@ -222,7 +205,7 @@ impl ContestView {
             what: format!("{}{masked}", comparison.y.title()),
             found: comparison.words(),
             predicted: comparison.lower.as_ref().map_or(String::new(), |lower| format!("{lower} is lower")),
-            verdict: Verdict::new(comparison.holds),
+            verdict: Mark::of_prediction(comparison.holds),
             why: comparison.why.clone(),
         }
     }

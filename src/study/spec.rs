@@ -2,15 +2,13 @@
 
 use std::{
     collections::BTreeMap,
-    fs,
     path::{Component, Path, PathBuf},
 };
 
 use serde::{Deserialize, Serialize};
 use toml::Spanned;
 
-use super::{StudyError, check, theory::Curve};
-use crate::film::exr::FileError;
+use super::{StudyError, theory::Curve};
 
 /// A study, as its file describes it.
 #[derive(Debug)]
@@ -24,30 +22,6 @@ pub struct Study {
 }
 
 impl Study {
-    /// Reads the file of a study.
-    ///
-    /// # Errors
-    /// If it cannot be read, or says what a study cannot mean.
-    pub fn read(file: &Path) -> Result<Self, StudyError> {
-        let text = fs::read_to_string(file).map_err(|error| FileError::new(file, error))?;
-        Self::parse(file, text)
-    }
-
-    pub(super) fn parse(file: &Path, text: String) -> Result<Self, StudyError> {
-        let name = file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        match toml::from_str(&text) {
-            Ok(spec) => {
-                let study = Self { file: file.to_owned(), name, text, spec };
-                check::check(&study)?;
-                Ok(study)
-            }
-            Err(error) => {
-                let at = error.span().map_or(0, |span| span.start);
-                Err(fault(file, &text, at, error.message().replace('\n', "; ")))
-            }
-        }
-    }
-
     /// Its title.
     #[must_use]
     pub fn title(&self) -> &str {
@@ -65,7 +39,8 @@ impl Study {
     }
 }
 
-fn fault(file: &Path, text: &str, at: usize, what: String) -> StudyError {
+/// A fault at a byte of a study's text.
+pub(super) fn fault(file: &Path, text: &str, at: usize, what: String) -> StudyError {
     let before = text.get(..at).unwrap_or(text);
     let line = before.matches('\n').count() + 1;
     let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;

@@ -10,6 +10,7 @@ pub use bitmap::Bitmap;
 pub use checkerboard::Checkerboard;
 pub use constant::Constant;
 
+use enum_dispatch::enum_dispatch;
 use glam::{DAffine3, DVec2};
 
 use crate::{
@@ -18,6 +19,7 @@ use crate::{
 };
 
 /// The interface of all textures.
+#[enum_dispatch]
 pub trait TextureModel {
     /// The colour at `uv`, in linear RGB.
     fn eval(&self, uv: DVec2) -> Rgb;
@@ -26,9 +28,9 @@ pub trait TextureModel {
     fn extremes(&self) -> (Rgb, Rgb);
 }
 
-catalogue! { ($)
+catalogue! {
     /// A texture.
-    pub enum Texture in Category::Texture, each_texture {
+    pub enum Texture: TextureModel in Category::Texture, {
         /// One colour everywhere.
         Constant(Constant),
         /// Squares of two colours.
@@ -65,18 +67,6 @@ impl Texture {
         }
         let what = format!("the texture \"{name}\" has values from {least} to {greatest}");
         Err(params.error(name, what).hint(format!("each must be {}", range.describe())))
-    }
-
-    /// The colour at `uv`.
-    #[must_use]
-    pub fn eval(&self, uv: DVec2) -> Rgb {
-        each_texture!(self, texture => texture.eval(uv))
-    }
-
-    /// The least and the greatest value of each channel.
-    #[must_use]
-    pub fn extremes(&self) -> (Rgb, Rgb) {
-        each_texture!(self, texture => texture.extremes())
     }
 }
 

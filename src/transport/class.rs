@@ -1,22 +1,21 @@
-use crate::bsdf::Lobe;
+use crate::{bsdf::Lobe, math::Rgb};
 
-/// The four parts of the light that an image shows, in Heckbert's notation: `L` a light, `E` the eye, `S` a single
-/// direction (a mirror, glass, a surface that is not there), `D` everything else that scatters. Every path belongs to
-/// exactly one.
+/// The classes of paths, in Heckbert's notation: `L` an emitter, `E` the eye, `S` a delta lobe (a mirror, glass, an invisible
+/// surface), `D` a smooth lobe. Every path belongs to exactly one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PathClass {
-    /// `LE` and `LDE`: a light that is seen, and what it lights.
+    /// `LE` and `LDE`: an emitter that the camera sees, and the light that it casts straight on a surface.
     Direct,
-    /// `L(S|D)*SE`: what is seen in mirrors and through glass.
+    /// `L(S|D)*SE`: everything seen in mirrors and through glass.
     Specular,
     /// `LS+DE`: light that mirrors and glass cast on a surface.
     Caustic,
-    /// `L(S|D)*DS*DE`: light from surfaces that are lit themselves.
+    /// `L(S|D)*DS*DE`: light that other surfaces scatter on a surface.
     Indirect,
 }
 
 impl PathClass {
-    /// All of them, in the order of their layers.
+    /// All classes, in the order of their layers.
     pub const ALL: [Self; 4] = [Self::Direct, Self::Specular, Self::Caustic, Self::Indirect];
 
     /// The name of the layer.
@@ -31,53 +30,101 @@ impl PathClass {
     }
 }
 
-/// What is known of a path's class while it is followed from the eye: the class that it has if it ends at a light now.
+/// Radiance, in total and by class of path.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ClassRadiance {
+    /// The sum over all classes.
+    pub total: Rgb,
+    by_class: [Rgb; 4],
+}
+
+impl ClassRadiance {
+    /// Adds the radiance of a path.
+    #[inline]
+    pub fn add(&mut self, class: PathClass, radiance: Rgb) {
+        self.total += radiance;
+        self.by_class[class as usize] += radiance;
+    }
+
+    /// Adds all classes of another one, times a factor.
+    pub fn add_scaled(&mut self, other: &Self, factor: f64) {
+        for class in PathClass::ALL {
+            self.add(class, factor * other.of(class));
+        }
+    }
+
+    /// The radiance of a class.
+    #[must_use]
+    pub fn of(&self, class: PathClass) -> Rgb {
+        self.by_class[class as usize]
+    }
+
+    /// Writes the classes into layers of three channels, in the order of [`PathClass::ALL`].
+    pub fn write(&self, layers: &mut [f64]) {
+        for (layer, radiance) in layers.chunks_exact_mut(3).zip(self.by_class) {
+            radiance.write_to_slice(layer);
+        }
+    }
+}
+
+/// The class of a path that is traced from the camera, so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CameraPathClass {
     class: PathClass,
-    /// Whether the path has met a surface at all.
-    has_begun: bool,
+    /// Whether the path has scattered at all.
+    has_scattered: bool,
 }
 
 impl CameraPathClass {
-    /// A path that has met nothing yet.
-    pub const START: Self = Self { class: PathClass::Direct, has_begun: false };
+    /// A path that has not scattered yet.
+    pub const START: Self = Self { class: PathClass::Direct, has_scattered: false };
 
-    /// The class if it meets a light.
+    /// The class if the path ends at an emitter now.
     #[inline]
     #[must_use]
     pub fn if_emitter(self) -> PathClass {
         self.class
     }
 
-    /// The class if its next vertex scatters light that comes straight from a light, over more than single directions.
+    /// The class if the next vertex scatters direct light by a smooth lobe.
     #[inline]
     #[must_use]
     pub fn if_direct(self) -> PathClass {
-        if self.has_begun && self.class != PathClass::Specular { PathClass::Indirect } else { self.class }
+        if self.has_scattered && self.class != PathClass::Specular { PathClass::Indirect } else { self.class }
     }
 
-    /// After a vertex that scattered.
+    /// The class if the next vertex scatters the light of a photon of a class by a smooth lobe.
+    #[inline]
+    #[must_use]
+    pub fn if_photon(self, photon: PathClass) -> PathClass {
+        match self.class {
+            _ if !self.has_scattered => photon,
+            PathClass::Specular => PathClass::Specular,
+            _ => PathClass::Indirect,
+        }
+    }
+
+    /// The class after a vertex that scattered by a lobe.
     #[inline]
     #[must_use]
     pub fn scattered(self, lobe: Lobe) -> Self {
         let class = match (lobe, self.class) {
             (Lobe::Smooth, _) => self.if_direct(),
-            (_, _) if !self.has_begun => PathClass::Specular,
+            (_, _) if !self.has_scattered => PathClass::Specular,
             (_, PathClass::Direct) => PathClass::Caustic,
             (_, class) => class,
         };
-        Self { class, has_begun: true }
+        Self { class, has_scattered: true }
     }
 }
 
-/// What is known of a path's class while it is followed from a light: the class that it has if the eye sees its next
-/// vertex scatter over more than single directions.
+/// The class of a path that is traced from an emitter, so far: its class if the camera sees its next vertex scatter by a
+/// smooth lobe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightPathClass(PathClass);
 
 impl LightPathClass {
-    /// A path that has met nothing yet.
+    /// A path that has not scattered yet.
     pub const START: Self = Self(PathClass::Direct);
 
     /// The class.
@@ -87,7 +134,7 @@ impl LightPathClass {
         self.0
     }
 
-    /// After a vertex that scattered.
+    /// The class after a vertex that scattered by a lobe.
     #[inline]
     #[must_use]
     pub fn scattered(self, lobe: Lobe) -> Self {
@@ -117,14 +164,14 @@ mod tests {
 
     proptest! {
         #[test]
-        fn both_ways_find_the_class_of_the_definition(path in prop::collection::vec(
+        fn both_directions_find_the_class_of_the_definition(path in prop::collection::vec(
             prop_oneof![Just(Lobe::Smooth), Just(Lobe::Delta), Just(Lobe::Null)], 0..7,
         )) {
-            let from_eye = path.iter().rev().fold(CameraPathClass::START, |state, lobe| state.scattered(*lobe));
-            prop_assert_eq!(from_eye.if_emitter(), class(&path));
+            let from_camera = path.iter().rev().fold(CameraPathClass::START, |state, lobe| state.scattered(*lobe));
+            prop_assert_eq!(from_camera.if_emitter(), class(&path));
             if let Some((Lobe::Smooth, rest)) = path.split_first() {
-                let from_eye = rest.iter().rev().fold(CameraPathClass::START, |state, lobe| state.scattered(*lobe));
-                prop_assert_eq!(from_eye.if_direct(), class(&path));
+                let from_camera = rest.iter().rev().fold(CameraPathClass::START, |state, lobe| state.scattered(*lobe));
+                prop_assert_eq!(from_camera.if_direct(), class(&path));
             }
             if let Some((Lobe::Smooth, rest)) = path.split_last() {
                 let from_light = rest.iter().fold(LightPathClass::START, |state, lobe| state.scattered(*lobe));

@@ -301,7 +301,7 @@ impl Tiny {
             cost: ResourceUse { seconds: 0.1, core_seconds: 0.2, peak_bytes: 3 },
         };
         let file = self.folder.path("tiny.ck");
-        record.write(&file, rendering.film(), &[]).unwrap();
+        record.write(&file, rendering.film(), rendering.state()).unwrap();
         let read = Checkpoint::read(&file).unwrap();
         assert_eq!(read.record, record);
         read

@@ -10,6 +10,7 @@ mod cli;
 mod determinism;
 mod geometry;
 mod hostile_images;
+mod imports;
 #[cfg(unix)]
 mod interruptions;
 mod kit;

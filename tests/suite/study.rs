@@ -96,6 +96,8 @@ fn a_study_from_one_end_to_the_other() {
     for svg in ["room.rmse.spp.svg", "room.rmse.core-seconds.svg"] {
         assert!(read(&folder, svg).starts_with("<svg"), "{svg}");
     }
+    // The RMSE and the variance over the samples, the RMSE over the time.
+    assert_eq!(page.matches(r#"<svg class="chart""#).count(), 3);
     let cell: serde_json::Value = serde_json::from_str(read(&folder, "cells.jsonl").lines().last().unwrap()).unwrap();
     for known in
         ["rmse_se", "variance_se", "bias_squared_se", "rmse_masked", "flip", "ssim", "efficiency", "peak_bytes"]

@@ -6,7 +6,7 @@ use super::{BsdfModel, Lobe, Query, Sample, fresnel, reflect};
 use crate::{
     math::{PerSolidAngle, Rgb, cos_theta},
     scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
-    texture::Texture,
+    texture::{Texture, TextureModel as _},
 };
 
 /// A smooth metal, or another absorbing material, after Fresnel's equations for a complex index; black on its back.

@@ -6,17 +6,16 @@ use std::{
 use super::settings::{Direct, Settings};
 use crate::{
     integrator::Notes,
-    photon::{EmittedPhotons, EstimateParameters, Map, PhotonMapKind, ShadowMap, trace_photons},
+    photon::{EmittedPhotons, EstimateParameters, PhotonMap, PhotonMapKind, ShadowMap, trace_photons},
     scene::Scene,
-    transport::PathLimits,
 };
 
 /// What is gathered before a pass.
 #[derive(Debug)]
 pub(super) struct Maps {
-    pub(super) global: Map,
+    pub(super) global: PhotonMap,
     /// Empty if nothing casts caustics.
-    pub(super) caustic: Map,
+    pub(super) caustic: PhotonMap,
     pub(super) shadow: Option<ShadowMap>,
     pub(super) global_lookup: EstimateParameters,
     pub(super) caustic_lookup: EstimateParameters,
@@ -63,8 +62,8 @@ impl Settings {
             PhotonMapKind::Global => (self.global_photons, GLOBAL),
             PhotonMapKind::Caustic => (self.caustic_photons, CAUSTIC),
         };
-        // The last segment is that to the eye.
-        let limits = PathLimits { max_depth: self.limits.max_depth.saturating_sub(1), ..self.limits };
+        // The last connection is that to the camera path.
+        let limits = self.limits.without_last();
         (kind == PhotonMapKind::Global || scene.has_specular())
             .then(|| trace_photons(scene, kind, count, limits, [seed, replicate, purpose]))
     }
@@ -78,12 +77,12 @@ impl Maps {
         let mut build = |kind: PhotonMapKind| {
             let start = Instant::now();
             let Some(emitted) = settings.trace_photons(scene, kind, seed, replicate) else {
-                return Map::new(&[], Vec::new());
+                return PhotonMap::new(&[], Vec::new());
             };
             notes.warnings.extend(emitted.warning(kind));
             let traced = start.elapsed();
             let count = emitted.emitted;
-            let map = Map::new(&emitted.positions, emitted.photons);
+            let map = PhotonMap::new(&emitted.positions, emitted.photons);
             let name = kind.name();
             let megabytes = map.bytes() as f64 / 1e6;
             let (traced, built) = (traced.as_secs_f64(), start.elapsed().as_secs_f64() - traced.as_secs_f64());
@@ -97,7 +96,7 @@ impl Maps {
         let shadow = (settings.direct == Direct::ShadowPhotons)
             .then(|| ShadowMap::new(scene, settings.global_photons, global_lookup, [seed, replicate, SHADOW]));
         if let Some(shadow) = &shadow {
-            notes.facts.push(format!("shadow map: {} photons", shadow.map().len()));
+            notes.facts.push(format!("shadow map: {} photons", shadow.len()));
         }
         Self { global, caustic, shadow, global_lookup, caustic_lookup, shadow_rays: ShadowRays::default(), notes }
     }

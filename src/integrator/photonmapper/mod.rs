@@ -1,24 +1,17 @@
-mod eye;
-mod gather;
+mod estimator;
+mod final_gather;
 mod histogram;
 mod maps;
 mod settings;
 
-use std::sync::Arc;
-
-use eye::Eye;
+use estimator::PhotonMapping;
 use maps::Maps;
 use settings::{PARAMS, Settings};
 
-use super::{
-    EyeRay, IntegratorModel, Iteration, Notes, Preprocess,
-    photons::{ClassRadiance, check_photons},
-};
+use super::{Estimator, IntegratorModel, IntegratorState, Iteration, IterationPlan, photons::check_photons};
 use crate::{
     film::LayerSpec,
-    math::Rgb,
     photon::{EmittedPhotons, PhotonMapKind},
-    sampler::PathSampler,
     scene::Scene,
     scene_file::{Category, Described, Params, Plugin, SceneError},
     transport::PathClass,
@@ -51,8 +44,6 @@ use crate::{
 #[derive(Clone, Debug)]
 pub struct PhotonMapper {
     settings: Settings,
-    /// The maps of a pass.
-    maps: Option<Arc<Maps>>,
 }
 
 impl Described for PhotonMapper {
@@ -71,7 +62,7 @@ impl Described for PhotonMapper {
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
-        Ok(Self { settings: Settings::read(params)?, maps: None })
+        Ok(Self { settings: Settings::read(params)? })
     }
 }
 
@@ -92,36 +83,20 @@ impl PhotonMapper {
 
 impl IntegratorModel for PhotonMapper {
     fn layers(&self) -> Vec<LayerSpec> {
-        let parts = PathClass::ALL.iter().map(|class| class.name());
-        parts.chain(self.settings.shows_raw.then_some("raw")).map(LayerSpec::sampled).collect()
+        let classes = PathClass::ALL.iter().map(|class| class.name());
+        classes.chain(self.settings.shows_raw.then_some("raw")).map(LayerSpec::sampled).collect()
     }
 
     fn check(&self, scene: &Scene) -> Result<(), String> {
         check_photons(scene)
     }
 
-    fn preprocess(&self) -> Preprocess {
-        Preprocess::Replicate
+    fn iterations(&self) -> IterationPlan {
+        IterationPlan::PerReplicate
     }
 
-    fn prepared(&self, scene: &Scene, iteration: &Iteration) -> Option<Self> {
+    fn begin<'s>(&'s self, scene: &'s Scene, iteration: &Iteration, _: &IntegratorState) -> Box<dyn Estimator + 's> {
         let maps = Maps::new(scene, &self.settings, iteration.seed, iteration.replicate);
-        Some(Self { settings: self.settings.clone(), maps: Some(Arc::new(maps)) })
-    }
-
-    fn notes(&self) -> Notes {
-        self.maps.as_ref().map(|maps| maps.notes()).unwrap_or_default()
-    }
-
-    fn radiance(&self, scene: &Scene, eye: &EyeRay, sampler: &mut PathSampler, layers: &mut [f64]) -> Rgb {
-        let maps = self.maps.as_ref().expect("photons are emitted before the iteration begins");
-        let second = Eye { scene, settings: &self.settings, maps };
-        let mut parts = ClassRadiance::default();
-        let raw = second.look(&eye.ray, sampler, &mut parts);
-        let shown = parts.0.iter().chain(self.settings.shows_raw.then_some(&raw));
-        for (layer, light) in layers.chunks_exact_mut(3).zip(shown) {
-            light.write_to_slice(layer);
-        }
-        parts.0.iter().sum()
+        Box::new(PhotonMapping { scene, settings: &self.settings, maps })
     }
 }

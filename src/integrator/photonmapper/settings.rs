@@ -2,7 +2,7 @@ use std::num::NonZeroUsize;
 
 use crate::{
     integrator::{
-        HIDE_EMITTERS, MAX_DEPTH,
+        params::{HIDE_EMITTERS, MAX_DEPTH},
         photons::{KERNEL, PHOTON_RR_DEPTH, read_kernel, read_photon_path_limits},
     },
     photon::{EstimateParameters, Kernel},
@@ -23,7 +23,7 @@ pub(super) struct Settings {
     kernel: Kernel,
     pub(super) direct: Direct,
     /// Rays of final gathering; None where the map itself is shown.
-    pub(super) gather: Option<u32>,
+    pub(super) gather_samples: Option<u32>,
     pub(super) is_guided: bool,
     pub(super) shows_raw: bool,
     pub(super) limits: PathLimits,
@@ -113,7 +113,7 @@ impl Settings {
             caustic_radius: params.optional_float("caustic_lookup_radius")?,
             kernel: read_kernel(params)?,
             direct,
-            gather: (params.string("indirect")? == "final_gather").then_some(gather_samples),
+            gather_samples: (params.string("indirect")? == "final_gather").then_some(gather_samples),
             is_guided: params.boolean("gather_importance")?,
             shows_raw: params.boolean("raw_estimate")?,
             limits: read_photon_path_limits(params)?,

@@ -1,22 +1,16 @@
+mod estimator;
 mod photon_pass;
-mod eye;
 mod settings;
 
 use std::sync::Arc;
 
-use eye::Eye;
+use estimator::ProgressiveEstimator;
 use photon_pass::PhotonPass;
 use settings::{PARAMS, Schedule, Settings};
 
-use super::{
-    EyeRay, IntegratorModel, Iteration, Notes, Preprocess,
-    photons::{ClassRadiance, check_photons},
-};
+use super::{Estimator, IntegratorModel, IntegratorState, Iteration, IterationPlan, photons::check_photons};
 use crate::{
     film::LayerSpec,
-    math::Rgb,
-    photon::radius::PixelRadius,
-    sampler::PathSampler,
     scene::Scene,
     scene_file::{Category, Described, Params, Plugin, SceneError},
     transport::PathClass,
@@ -49,10 +43,6 @@ use crate::{
 #[derive(Clone, Debug)]
 pub struct Sppm {
     settings: Settings,
-    /// What the passes before have made of the radii; empty before the first.
-    radii: Vec<PixelRadius>,
-    /// What the current pass has.
-    photon_pass: Option<Arc<PhotonPass>>,
 }
 
 impl Described for Sppm {
@@ -70,72 +60,42 @@ impl Described for Sppm {
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
-        Ok(Self { settings: Settings::read(params)?, radii: Vec::new(), photon_pass: None })
-    }
-}
-
-impl Sppm {
-    /// The radii of the round after the current one, if they depend on what that finds.
-    fn next_radii(&self) -> Vec<PixelRadius> {
-        self.photon_pass
-            .as_ref()
-            .map_or_else(|| self.radii.clone(), |photon_pass| photon_pass.next_radii(&self.settings))
+        Ok(Self { settings: Settings::read(params)? })
     }
 }
 
 impl IntegratorModel for Sppm {
     fn layers(&self) -> Vec<LayerSpec> {
-        let parts = PathClass::ALL.iter().map(|class| LayerSpec::sampled(class.name()));
-        if self.settings.shows_classes { parts.collect() } else { Vec::new() }
+        let classes = PathClass::ALL.iter().map(|class| LayerSpec::sampled(class.name()));
+        if self.settings.shows_classes { classes.collect() } else { Vec::new() }
     }
 
     fn check(&self, scene: &Scene) -> Result<(), String> {
         check_photons(scene)
     }
 
-    fn preprocess(&self) -> Preprocess {
+    fn iterations(&self) -> IterationPlan {
         match self.settings.schedule {
-            Schedule::PerPixel | Schedule::ErrorDriven => Preprocess::Chain,
-            Schedule::PerPass => Preprocess::Sample,
+            Schedule::PerPixel | Schedule::ErrorDriven => IterationPlan::Chained,
+            Schedule::PerPass => IterationPlan::PerSample,
         }
-    }
-
-    fn prepared(&self, scene: &Scene, iteration: &Iteration) -> Option<Self> {
-        let photon_pass = PhotonPass::new(scene, &self.settings, iteration, self.next_radii());
-        Some(Self { settings: self.settings.clone(), radii: Vec::new(), photon_pass: Some(Arc::new(photon_pass)) })
-    }
-
-    fn state(&self) -> Vec<f64> {
-        self.next_radii().iter().flat_map(|radius| [radius.squared, radius.photons, radius.squared_distances]).collect()
-    }
-
-    fn restore_state(&mut self, state: Vec<f64>) {
-        let radius = |of_pixel: &[f64]| PixelRadius {
-            squared: of_pixel[0],
-            photons: of_pixel[1],
-            squared_distances: of_pixel[2],
-        };
-        self.radii = state.chunks_exact(3).map(radius).collect();
-        self.photon_pass = None;
     }
 
     fn samples(&self) -> Option<u32> {
         self.settings.max_passes
     }
 
-    fn notes(&self) -> Notes {
-        self.photon_pass.as_ref().map(|photon_pass| photon_pass.notes()).unwrap_or_default()
-    }
-
-    fn radiance(&self, scene: &Scene, eye: &EyeRay, sampler: &mut PathSampler, layers: &mut [f64]) -> Rgb {
-        let photon_pass = self.photon_pass.as_ref().expect("photons are emitted before the pass");
-        let mut parts = ClassRadiance::default();
-        Eye { scene, settings: &self.settings, photon_pass }.look(eye, sampler, &mut parts);
-        if self.settings.shows_classes {
-            for (layer, light) in layers.chunks_exact_mut(3).zip(parts.0) {
-                light.write_to_slice(layer);
-            }
-        }
-        parts.0.iter().sum()
+    fn begin<'s>(
+        &'s self,
+        scene: &'s Scene,
+        iteration: &Iteration,
+        state: &IntegratorState,
+    ) -> Box<dyn Estimator + 's> {
+        let radii = match state {
+            IntegratorState::Empty => None,
+            IntegratorState::PixelRadii(radii) => Some(Arc::clone(radii)),
+        };
+        let pass = PhotonPass::new(scene, &self.settings, iteration, radii);
+        Box::new(ProgressiveEstimator { scene, settings: &self.settings, pass })
     }
 }

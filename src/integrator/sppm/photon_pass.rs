@@ -1,61 +1,59 @@
-use std::{
-    sync::{Mutex, PoisonError},
-    time::Instant,
-};
+use std::{sync::Arc, time::Instant};
 
 use super::settings::{Schedule, Settings};
 use crate::{
     integrator::{Iteration, Notes},
     math::rng::hash,
     photon::{
-        EmittedPhotons, Grid, PhotonMapKind,
-        radius::{PassCounts, PixelRadius, of_pass},
+        EmittedPhotons, PhotonGrid, PhotonMapKind,
+        radius::{PixelRadius, of_pass},
         trace_photon_batches,
     },
     scene::Scene,
-    transport::PathLimits,
 };
 
-/// What a pass has: photons and radii, and what its pixels find.
+/// The photons of a pass, and the radii within which they are seen.
 #[derive(Debug)]
 pub(super) struct PhotonPass {
-    pub(super) photons: Grid,
+    pub(super) photons: PhotonGrid,
     radii: Radii,
-    /// What each pixel has found.
-    found: Vec<Mutex<PassCounts>>,
     notes: Notes,
 }
 
 /// Squares of radii over those of the first pass.
 #[derive(Debug)]
 enum Radii {
-    /// Of all pixels.
-    Pass(f64),
-    /// Of each.
-    Pixels(Vec<PixelRadius>),
+    /// One for all pixels.
+    Shared(f64),
+    /// One for each pixel.
+    Pixels(Arc<[PixelRadius]>),
 }
 
-/// What streams of random numbers are for, so that photons share none with the samples of pixels.
+/// Tells the random numbers of photons apart from those of the samples of pixels.
 const PHOTONS: u64 = 0x73_7070_6d00;
 
 impl PhotonPass {
-    /// Emits the photons of a round. The radii are those after the round before, none before the first.
-    pub(super) fn new(scene: &Scene, settings: &Settings, iteration: &Iteration, radii: Vec<PixelRadius>) -> Self {
+    /// Emits the photons of an iteration. `radii` are those that the iteration before left; None in the first.
+    pub(super) fn new(
+        scene: &Scene,
+        settings: &Settings,
+        iteration: &Iteration,
+        radii: Option<Arc<[PixelRadius]>>,
+    ) -> Self {
         let start = Instant::now();
-        let crop = scene.sensor.film.rendered();
-        let pixels = crop.width as usize * crop.height as usize;
         let radii = match settings.schedule {
-            Schedule::PerPass => Radii::Pass(of_pass(iteration.sample, settings.alpha)),
-            _ if radii.is_empty() => Radii::Pixels(vec![PixelRadius::FIRST; pixels]),
-            _ => Radii::Pixels(radii),
+            Schedule::PerPass => Radii::Shared(of_pass(iteration.sample, settings.alpha)),
+            Schedule::PerPixel | Schedule::ErrorDriven => {
+                Radii::Pixels(radii.unwrap_or_else(|| first_radii(scene).into()))
+            }
         };
-        // The last segment is that to the eye.
-        let limits = PathLimits { max_depth: settings.limits.max_depth.saturating_sub(1), ..settings.limits };
         // No two passes share a number.
         let address = [iteration.seed, iteration.replicate, hash(&[PHOTONS, u64::from(iteration.sample)])];
-        let emitted = trace_photon_batches(scene, PhotonMapKind::Global, settings.photon_count, limits, address);
-        let radius = settings.typical_radius(scene) * radii.mean().sqrt();
-        let photons = Grid::new(&emitted, 2.0 * radius);
+        // The last connection is that to the camera path.
+        let limits = settings.limits.without_last();
+        let batches = trace_photon_batches(scene, PhotonMapKind::Global, settings.photon_count, limits, address);
+        let radius = settings.typical_radius(scene) * radii.mean_squared().sqrt();
+        let photons = PhotonGrid::new(&batches, 2.0 * radius);
         let fact = format!(
             "pass {}: {} photons of {} emitted, radii some {radius:.3e} m, {:.2} s",
             iteration.sample,
@@ -64,10 +62,9 @@ impl PhotonPass {
             start.elapsed().as_secs_f64()
         );
         let warning =
-            if photons.is_empty() { EmittedPhotons::join(emitted).warning(PhotonMapKind::Global) } else { None };
+            if photons.is_empty() { EmittedPhotons::join(batches).warning(PhotonMapKind::Global) } else { None };
         let notes = Notes { facts: vec![fact], warnings: warning.into_iter().collect() };
-        let found = if matches!(radii, Radii::Pixels(_)) { pixels } else { 0 };
-        Self { photons, radii, found: std::iter::repeat_with(Mutex::default).take(found).collect(), notes }
+        Self { photons, radii, notes }
     }
 
     pub(super) fn notes(&self) -> Notes {
@@ -75,41 +72,32 @@ impl PhotonPass {
     }
 
     /// The radius of a pixel over that of the first pass.
-    pub(super) fn shrinkage(&self, pixel: usize) -> f64 {
+    pub(super) fn relative_radius(&self, pixel: usize) -> f64 {
         match &self.radii {
-            Radii::Pass(squared) => squared.sqrt(),
+            Radii::Shared(squared) => squared.sqrt(),
             Radii::Pixels(radii) => radii[pixel].squared.sqrt(),
         }
     }
 
-    /// Counts what a pixel has found.
-    pub(super) fn count(&self, pixel: usize, more: PassCounts) {
-        if let Some(found) = self.found.get(pixel) {
-            let mut found = found.lock().unwrap_or_else(PoisonError::into_inner);
-            found.photons += more.photons;
-            found.squared_distances += more.squared_distances;
+    /// The radii of all pixels, if each has its own.
+    pub(super) fn pixel_radii(&self) -> Option<&[PixelRadius]> {
+        match &self.radii {
+            Radii::Shared(_) => None,
+            Radii::Pixels(radii) => Some(radii),
         }
-    }
-
-    /// The radii of the next round, if they depend on this one.
-    pub(super) fn next_radii(&self, settings: &Settings) -> Vec<PixelRadius> {
-        let Radii::Pixels(radii) = &self.radii else { return Vec::new() };
-        let next = |(radius, found): (&PixelRadius, &Mutex<PassCounts>)| {
-            let found = *found.lock().unwrap_or_else(PoisonError::into_inner);
-            match settings.schedule {
-                Schedule::ErrorDriven => radius.after_test(found),
-                Schedule::PerPixel | Schedule::PerPass => radius.after(found.photons, settings.alpha),
-            }
-        };
-        radii.iter().zip(&self.found).map(next).collect()
     }
 }
 
+/// The radii of all pixels in the first pass.
+fn first_radii(scene: &Scene) -> Vec<PixelRadius> {
+    let crop = scene.sensor.film.rendered();
+    vec![PixelRadius::FIRST; crop.width as usize * crop.height as usize]
+}
+
 impl Radii {
-    /// The mean of the squares.
-    fn mean(&self) -> f64 {
+    fn mean_squared(&self) -> f64 {
         match self {
-            Self::Pass(squared) => *squared,
+            Self::Shared(squared) => *squared,
             Self::Pixels(radii) => radii.iter().map(|radius| radius.squared).sum::<f64>() / radii.len().max(1) as f64,
         }
     }

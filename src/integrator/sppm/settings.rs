@@ -1,6 +1,6 @@
 use crate::{
     integrator::{
-        HIDE_EMITTERS, MAX_DEPTH, PATH_CLASSES,
+        params::{HIDE_EMITTERS, MAX_DEPTH, PATH_CLASSES},
         photons::{KERNEL, PHOTON_RR_DEPTH, read_kernel, read_photon_path_limits},
     },
     photon::Kernel,

@@ -12,6 +12,8 @@ use sha2::{Digest as _, Sha256};
 use super::{Checkpoint, RenderRecord, draft::Draft};
 use crate::{
     film::{Film, exr::FileError},
+    integrator::IntegratorState,
+    photon::radius::PixelRadius,
     render::drive::count,
 };
 
@@ -21,6 +23,8 @@ const FORMAT: &str = "1";
 /// The length of the first line.
 const FIRST: u64 = MAGIC.len() as u64 + 30;
 const HASH: u64 = 32;
+/// The bytes of a [`PixelRadius`].
+const RADIUS: u64 = 3 * 8;
 
 fn first_line(bytes: u64) -> String {
     format!("{MAGIC}{FORMAT}, {bytes:020} bytes\n")
@@ -30,15 +34,15 @@ fn first_line(bytes: u64) -> String {
 #[derive(Serialize, Deserialize)]
 struct Header {
     record: RenderRecord,
-    /// How many numbers a chained integrator remembers.
-    state: u64,
+    /// How many pixels have a radius of their own.
+    pixel_radii: u64,
     has_splats: bool,
 }
 
 impl Header {
     /// How many bytes of sums belong to it; None if more than can be counted.
     fn bytes(&self) -> Option<u64> {
-        self.state.checked_mul(8)?.checked_add(self.record.identity.frame.bytes(self.has_splats)?)
+        self.pixel_radii.checked_mul(RADIUS)?.checked_add(self.record.identity.frame.bytes(self.has_splats)?)
     }
 }
 
@@ -47,12 +51,13 @@ impl RenderRecord {
     ///
     /// # Errors
     /// If the file cannot be written; then what was there before still is.
-    pub fn write(&self, path: &Path, film: &Film, state: &[f64]) -> Result<(), FileError> {
+    pub fn write(&self, path: &Path, film: &Film, state: &IntegratorState) -> Result<(), FileError> {
         let fault = |error: io::Error| FileError::new(path, error);
         if path.is_dir() {
             return Err(FileError::new(path, "is a folder"));
         }
-        let header = Header { record: self.clone(), state: state.len() as u64, has_splats: film.has_splats() };
+        let header =
+            Header { record: self.clone(), pixel_radii: radii(state).len() as u64, has_splats: film.has_splats() };
         let draft = Draft::new(path).map_err(fault)?;
         match write(draft.file(), &header, film, state) {
             Ok(()) => draft.finish().map_err(fault),
@@ -64,17 +69,40 @@ impl RenderRecord {
     }
 }
 
-fn write(file: &File, header: &Header, film: &Film, state: &[f64]) -> io::Result<()> {
+fn write(file: &File, header: &Header, film: &Film, state: &IntegratorState) -> io::Result<()> {
     let json = serde_json::to_string(header)? + "\n";
     let sums = header.bytes().ok_or(io::ErrorKind::FileTooLarge)?;
     let mut writer = Hashing { inner: BufWriter::new(file), hash: Sha256::new() };
     writer.write_all(first_line(FIRST + json.len() as u64 + sums + HASH).as_bytes())?;
     writer.write_all(json.as_bytes())?;
-    state.iter().try_for_each(|number| writer.write_all(&number.to_le_bytes()))?;
+    for PixelRadius { squared, photons, squared_distances } in radii(state) {
+        [squared, photons, squared_distances].into_iter().try_for_each(|x| writer.write_all(&x.to_le_bytes()))?;
+    }
     film.write_sums(&mut writer)?;
     let hash = writer.hash.finalize();
     writer.inner.write_all(&hash)?;
     writer.inner.flush()
+}
+
+/// The radii of pixels that a state holds.
+fn radii(state: &IntegratorState) -> &[PixelRadius] {
+    match state {
+        IntegratorState::Empty => &[],
+        IntegratorState::PixelRadii(radii) => radii,
+    }
+}
+
+fn read_state(reader: &mut impl Read, pixel_radii: u64) -> io::Result<IntegratorState> {
+    if pixel_radii == 0 {
+        return Ok(IntegratorState::Empty);
+    }
+    let mut number = || {
+        let mut bytes = [0; 8];
+        reader.read_exact(&mut bytes).map(|()| f64::from_le_bytes(bytes))
+    };
+    let mut radius = || Ok(PixelRadius { squared: number()?, photons: number()?, squared_distances: number()? });
+    let radii: io::Result<Vec<_>> = (0..pixel_radii).map(|_| radius()).collect();
+    Ok(IntegratorState::PixelRadii(radii?.into()))
 }
 
 /// Hashes what goes through.
@@ -173,12 +201,7 @@ fn read(mut file: &File, length: u64) -> Result<Checkpoint, String> {
     // Only now is there room made: as much as the file has.
     let film = (expected == Some(length)).then(|| header.record.identity.frame.film()).flatten();
     let mut film = film.ok_or("its header is wrong: what it says is not what there is")?;
-    let mut state = vec![0.0; header.state as usize];
-    for number in &mut state {
-        let mut bytes = [0; 8];
-        reader.read_exact(&mut bytes).map_err(fault)?;
-        *number = f64::from_le_bytes(bytes);
-    }
+    let state = read_state(&mut reader, header.pixel_radii).map_err(fault)?;
     film.read_sums(&mut reader, header.has_splats).map_err(fault)?;
     if !film.has_samples(count(&header.record.taken)) {
         return Err("its header is wrong: its sums are of another number of samples".into());

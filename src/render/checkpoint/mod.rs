@@ -11,7 +11,7 @@ use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
 use super::{Renderer, Replicate, drive::count};
 use crate::{
     film::{Film, Frame},
-    integrator::{Integrator, Overrides},
+    integrator::{Integrator, IntegratorState, Overrides},
     provenance,
     sampler::{Sampler, SamplerModel as _},
     scene_file::{Document, SceneError},
@@ -156,7 +156,7 @@ pub struct Checkpoint {
     /// The sums of the samples that are taken.
     pub film: Film,
     /// What [`super::Rendering::state`] gave.
-    pub state: Vec<f64>,
+    pub state: IntegratorState,
 }
 
 impl RenderRecord {
@@ -196,7 +196,7 @@ impl Checkpoint {
                 in_words(std::slice::from_ref(twice))
             ));
         }
-        if !self.state.is_empty() || !other.state.is_empty() {
+        if self.state != IntegratorState::Empty || other.state != IntegratorState::Empty {
             return Err(
                 "is of an integrator each sample of which follows from those before, which is in one piece".into()
             );

@@ -130,19 +130,13 @@ impl Bvh {
         self.bounds
     }
 
-    /// The indices of the primitives in the order in which blocks hold them.
-    #[must_use]
-    pub fn order(&self) -> &[u32] {
-        &self.order
-    }
-
     /// How many blocks there are.
     #[must_use]
     pub fn block_count(&self) -> usize {
         self.starts.len() - 1
     }
 
-    /// The primitives of a block: a slice of [`Bvh::order`].
+    /// The primitives of a block.
     #[must_use]
     pub fn block(&self, block: u32) -> &[u32] {
         let block = block as usize;
@@ -155,35 +149,14 @@ impl Bvh {
         size_of_val(&*self.tree.nodes) + size_of_val(&*self.order) + size_of_val(&*self.starts)
     }
 
-    /// The parameter of the closest hit: tests primitives that the ray may hit, about front to back.
-    pub fn closest(&self, ray: &Ray, mut test: impl Test<u32>) -> Option<f64> {
-        self.closest_block(ray, |block: u32, ray: &Ray| {
-            let mut ray = *ray;
-            let mut found = None;
-            for &primitive in self.block(block) {
-                if let Some(t) = test.test(primitive, &ray) {
-                    ray.t_max = t;
-                    found = Some(t);
-                }
-            }
-            found
-        })
-    }
-
-    /// As [`Bvh::closest`], but tests the primitives of a block, of which it gets the index, in one go.
+    /// The parameter of the closest hit: tests blocks, of which it gets the indices, that the ray may hit, about front to
+    /// back.
     #[inline]
     pub fn closest_block(&self, ray: &Ray, test: impl Test<u32>) -> Option<f64> {
         simd::closest(&self.tree, ray, test)
     }
 
-    /// Whether anything is hit.
-    pub fn any(&self, ray: &Ray, mut test: impl Test<u32>) -> bool {
-        self.any_block(ray, |block: u32, ray: &Ray| {
-            self.block(block).iter().find_map(|&primitive| test.test(primitive, ray))
-        })
-    }
-
-    /// As [`Bvh::any`], but tests the primitives of a block, of which it gets the index, in one go.
+    /// Whether anything is hit, by such tests of blocks.
     #[inline]
     pub fn any_block(&self, ray: &Ray, test: impl Test<u32>) -> bool {
         simd::any(&self.tree, ray, test)

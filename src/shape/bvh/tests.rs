@@ -30,6 +30,30 @@ fn boxes(random: &mut Stream, count: usize, offset: DVec3, size: f64) -> Vec<Aab
     (0..count).map(|_| one()).collect()
 }
 
+impl Bvh {
+    /// The parameter of the closest hit: tests primitives that the ray may hit, about front to back.
+    fn closest(&self, ray: &Ray, mut test: impl Test<u32>) -> Option<f64> {
+        self.closest_block(ray, |block: u32, ray: &Ray| {
+            let mut ray = *ray;
+            let mut found = None;
+            for &primitive in self.block(block) {
+                if let Some(t) = test.test(primitive, &ray) {
+                    ray.t_max = t;
+                    found = Some(t);
+                }
+            }
+            found
+        })
+    }
+
+    /// Whether anything is hit.
+    fn any(&self, ray: &Ray, mut test: impl Test<u32>) -> bool {
+        self.any_block(ray, |block: u32, ray: &Ray| {
+            self.block(block).iter().find_map(|&primitive| test.test(primitive, ray))
+        })
+    }
+}
+
 /// Which primitives the traversal offers, in ascending order.
 fn offered(bvh: &Bvh, ray: &Ray) -> Vec<u32> {
     let mut offered = vec![];
@@ -85,12 +109,12 @@ fn waiting(bvh: &Bvh, child: Child) -> usize {
 
 /// Checks all that traversal relies on.
 fn check_structure(bvh: &Bvh, bounds: &[Aabb]) {
-    let mut order = bvh.order().to_vec();
+    let mut order = bvh.order.clone();
     order.sort_unstable();
     let expected: Vec<_> = (0..bounds.len() as u32).filter(|&i| !bounds[i as usize].is_empty()).collect();
     assert_eq!(order, expected);
     let blocks: Vec<_> = (0..bvh.block_count() as u32).flat_map(|block| bvh.block(block)).copied().collect();
-    assert_eq!(blocks, bvh.order());
+    assert_eq!(blocks, bvh.order);
     let all = expected.iter().fold(Aabb::EMPTY, |all, &i| all.union(bounds[i as usize]));
     assert_eq!(bvh.bounds(), all);
     if !expected.is_empty() {

@@ -7,10 +7,10 @@ use sobol_burley::sample;
 
 use super::subjects::{octahedron, revolved_area};
 use crate::{
-    law::{Effort, Finding, Law, worst},
+    law::{Check, Effort, Finding, Law, worst},
     math::{Frame, Ray, rng::Stream, warp},
     scene_file::xml,
-    shape::{Hit, Line, Shape, ShapeModel as _, mesh},
+    shape::{Hit, Line, Shape, ShapeModel as _, SolidModel as _, mesh},
     stats::Moments,
 };
 
@@ -21,27 +21,27 @@ pub const LAWS: &[Law] = &[
         claim: "Random lines find the volume, the surface and, by x·n, the signed volume of solids and of what CSG makes of \
                 them, each with a relative standard error of 1e-3 at most.",
         source: "Cauchy and Crofton, Gauss; closed forms of lenses, caps, quadrics and nested shells",
-        check: solids,
+        check: Check::Analytic(solids),
     },
     Law {
         name: "csg/membership",
         claim: "On random trees, a point of a line lies between an entry and an exit if and only if it is in the set that the tree \
                 describes.",
         source: "the inequalities of the leaves, combined point by point",
-        check: membership,
+        check: Check::Analytic(membership),
     },
     Law {
         name: "csg/identities",
         claim: "On random trees A, B in a cube U: De Morgan's laws, A \\ B = A ∩ (U \\ B), (A \\ B) ∪ (A ∩ B) = A, A ∪ A = A, \
                 A ∪ (A ∩ B) = A, A \\ A is empty: no line is entered or left elsewhere, though faces coincide.",
         source: "the algebra of sets",
-        check: identities,
+        check: Check::Analytic(identities),
     },
     Law {
         name: "csg/normals",
         claim: "Normals of every operand point against the line where it enters the result and along it where it leaves.",
         source: "definition",
-        check: normals,
+        check: Check::Analytic(normals),
     },
 ];
 

@@ -17,7 +17,7 @@ use subjects::{Subject, subjects};
 
 use super::{ShapeModel as _, ShapeSample, Shapes, Surface};
 use crate::{
-    law::{Effort, Finding, Law, worst},
+    law::{Check, Effort, Finding, Law, worst},
     math::{Frame, PerArea, Ray, rng::Stream, warp},
     stats::Moments,
 };
@@ -28,69 +28,69 @@ pub const LAWS: &[Law] = &[
         name: "shape/hits-on-surface",
         claim: "Points that rays meet fulfil the shape's equation and lie at the ray's parameter.",
         source: "the canonical equations, in the space that to_world comes from; for meshes, the nearest triangle",
-        check: hits_on_surface,
+        check: Check::Analytic(hits_on_surface),
     },
     Law {
         name: "shape/bounds",
         claim: "Every hit lies in the box that the shape states.",
         source: "definition",
-        check: bounds,
+        check: Check::Analytic(bounds),
     },
     Law {
         name: "shape/occlusion",
         claim: "Within any range of the parameter and for directions of any length, a ray's first hit is the first of all \
                 its hits there, also in the hierarchy of two such shapes; it is occluded if and only if there is one.",
         source: "definition",
-        check: occlusion,
+        check: Check::Analytic(occlusion),
     },
     Law {
         name: "shape/normals",
         claim: "Normals are those of the plane through neighbouring hits, and have unit length, as have shading frames.",
         source: "central differences over 2e-5 radii; their error is about ε²κ²/cos⁵ < 1e-5",
-        check: normals,
+        check: Check::Analytic(normals),
     },
     Law {
         name: "shape/uv",
         claim: "Texture coordinates are those of the shapes' parametrisations, of hits and of points that are drawn.",
         source: "Mitsuba 3.9's, by hand: azimuth and polar angle, height or radius; the corners of squares",
-        check: texture_coordinates,
+        check: Check::Analytic(texture_coordinates),
     },
     Law {
         name: "shape/entering-leaving",
         claim: "A line enters and leaves a closed shape in turn, as often the one as the other.",
         source: "topology",
-        check: entering_leaving,
+        check: Check::Analytic(entering_leaving),
     },
     Law {
         name: "shape/area-pdf",
         claim: "Points are drawn on the surface with the pdf that is stated: ∫ f dA for f = 1, x, y, z, and their products.",
         source: "Crofton's formula; Santaló 2004, section 14.4; closed areas and areas by quadrature of |∂u × ∂v|",
-        check: pdf_position,
+        check: Check::Analytic(pdf_position),
     },
     Law {
         name: "shape/sampled-points",
         claim: "A drawn point has the normal, the texture coordinates and the pdf that a ray finds there.",
         source: "definition",
-        check: drawn_points,
+        check: Check::Analytic(drawn_points),
     },
     Law {
         name: "shape/pdf-towards",
         claim: "Points seen from elsewhere are drawn with the pdf per solid angle that is stated: ∫ f dω over what is \
                 seen, for f = 1, the direction, and the pdf itself.",
         source: "uniform directions in the cone around the bounding sphere",
-        check: pdf_direction,
+        check: Check::Analytic(pdf_direction),
     },
     Law {
         name: "shape/line-volume",
         claim: "Chords of random lines give the volume: πR² times the mean sum of chords, and (4πR²/6) times that of x·n.",
         source: "Cauchy and Crofton; Santaló 2004, section 14.4; Gauss's theorem for the second",
-        check: line_volume,
+        check: Check::Analytic(line_volume),
     },
     Law {
         name: "shape/mean-chord",
         claim: "A convex body's mean chord is 4 V / S.",
         source: "Cauchy 1850; Santaló 2004, section 14.3; ellipsoid (1.2, 0.8, 0.5): 0.944828894",
-        check: mean_chord,
+        check: Check::Analytic(mean_chord),
     },
 ];
 

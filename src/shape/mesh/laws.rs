@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3};
 
 use super::{Mesh, MeshData, Ply};
 use crate::{
-    law::{Effort, Finding, Law, worst},
+    law::{Check, Effort, Finding, Law, worst},
     math::{Ray, rng::Stream, warp},
     scene_file::xml,
     shape::{Shape, ShapeModel, Surface, laws},
@@ -19,27 +19,27 @@ pub const LAWS: &[Law] = &[
         claim: "A mesh that was written as PLY, in ascii and in both byte orders, as OBJ or as \
                 kcply with either base, and read as part of a scene, gives the same hits to the last bit.",
         source: "definition",
-        check: round_trip,
+        check: Check::Analytic(round_trip),
     },
     Law {
         name: "mesh/shading-normals",
         claim: "Normals of any length at the corners ei of an octahedron under a map M, or those that follow from its faces, \
                 give a point M q the shading normal Σ qi M⁻ᵀ ei / |M⁻ᵀ ei|, normalised.",
         source: "linear interpolation of unit normals with barycentric coordinates |qi|; normals transform by M⁻ᵀ",
-        check: shading_normals,
+        check: Check::Analytic(shading_normals),
     },
     Law {
         name: "mesh/vertex-normals",
         claim: "A mesh without normals is shaded by those of its vertices, unit vectors along the sums of the normals of their \
                 triangles weighted by angle, interpolated.",
         source: "Thürmer and Wüthrich 1998, computed anew for a stretched octahedron",
-        check: vertex_normals,
+        check: Check::Analytic(vertex_normals),
     },
     Law {
         name: "mesh/edges",
         claim: "The share of a triangle's area within a distance d of its edges is 1 - (1 - d / ρ)² for an inradius ρ.",
         source: "what is farther is a similar triangle with the inradius ρ - d",
-        check: edges,
+        check: Check::Analytic(edges),
     },
 ];
 

@@ -20,9 +20,9 @@ use std::marker::PhantomData;
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Crossings, Hit, Line, ShapeModel, ShapeSample, Surface, bvh::Bvh};
+use super::{Crossings, Hit, Line, ShapeModel, ShapeSample, SolidModel, Surface, bvh::Bvh};
 use crate::{
-    math::{Aabb, Frame, PerArea, Ray, warp},
+    math::{Aabb, Distribution1D, Draw, Frame, PerArea, Ray, warp},
     scene_file::{Category, Described, MeshArrays, Param, ParamKind, Params, Plugin, SceneError},
 };
 
@@ -222,8 +222,8 @@ pub struct Mesh<F> {
     /// Unit vectors, or zero where there is none, by vertex.
     normals: Option<Vec<[f32; 3]>>,
     uvs: Option<Vec<[f32; 2]>>,
-    /// The area of all triangles up to and including each.
-    cumulative_area: Vec<f64>,
+    /// The triangles by their areas.
+    areas: Distribution1D,
     /// Triangles without area.
     slivers: Vec<[u32; 3]>,
     /// Of a closed mesh, 1 if the corners of its triangles turn anticlockwise from outside, else -1.
@@ -264,20 +264,13 @@ impl<F> Mesh<F> {
             None => Some(normals::of_vertices(&positions, &triangles)),
         };
         let triangles = Triangles::new(positions, triangles);
-        let mut total = 0.0;
-        let cumulative_area = (0..triangles.indices().len() as u32)
-            .map(|i| {
-                let [a, b, c] = triangles.triangle(i);
-                total += 0.5 * (b - a).cross(c - a).length();
-                total
-            })
-            .collect();
+        let area = |i: u32| {
+            let [a, b, c] = triangles.triangle(i);
+            0.5 * (b - a).cross(c - a).length()
+        };
+        let areas = Distribution1D::new((0..triangles.indices().len() as u32).map(area).collect::<Vec<_>>());
         let outward = solid::signed_volume(&triangles).signum();
-        Self { triangles, normals, uvs, cumulative_area, slivers, outward, allow_open: false, format: PhantomData }
-    }
-
-    fn area(&self) -> f64 {
-        self.cumulative_area.last().copied().unwrap_or(0.0)
+        Self { triangles, normals, uvs, areas, slivers, outward, allow_open: false, format: PhantomData }
     }
 
     fn point(&self, triangle: u32, b: DVec2) -> Surface {
@@ -337,23 +330,31 @@ impl<F> ShapeModel for Mesh<F> {
     }
 
     fn sample_position(&self, u: DVec2) -> ShapeSample<PerArea> {
-        let at = u.x * self.area();
-        let last = self.cumulative_area.len() - 1;
-        let triangle = self.cumulative_area.partition_point(|&sum| sum <= at).min(last);
-        let below = if triangle == 0 { 0.0 } else { self.cumulative_area[triangle - 1] };
-        let share = (at - below) / (self.cumulative_area[triangle] - below);
-        let point = self.point(triangle as u32, warp::square_to_triangle(DVec2::new(share.min(1.0), u.y)));
-        ShapeSample { p: point.p, n: point.n, uv: point.uv, pdf: PerArea(1.0 / self.area()) }
+        let Draw { index, rest } = self.areas.sample(u.x);
+        let point = self.point(index as u32, warp::square_to_triangle(DVec2::new(rest, u.y)));
+        ShapeSample { p: point.p, n: point.n, uv: point.uv, pdf: PerArea(1.0 / self.areas.total()) }
     }
 
     fn pdf_position(&self, _surface: &Surface) -> PerArea {
-        PerArea(1.0 / self.area())
+        PerArea(1.0 / self.areas.total())
     }
 
     fn dropped(&self) -> usize {
         self.slivers.len()
     }
 
+    fn edge_distance(&self, surface: &Surface) -> Option<f64> {
+        let [a, b, c] = self.triangles.triangle(surface.primitive);
+        let beside = |p: DVec3, q: DVec3| (q - p).normalize().cross(surface.p - p).length();
+        Some(beside(a, b).min(beside(b, c)).min(beside(c, a)))
+    }
+
+    fn open_edges(&self) -> Option<OpenEdges> {
+        if self.allow_open { None } else { solid::open_edges(&self.triangles, &self.slivers) }
+    }
+}
+
+impl<F> SolidModel for Mesh<F> {
     fn check_solid(&self) -> Result<(), String> {
         match solid::open_edges(&self.triangles, &self.slivers) {
             Some(edges) => Err(edges.to_string()),
@@ -375,15 +376,5 @@ impl<F> ShapeModel for Mesh<F> {
         let weights = DVec2::new(share(c, a), share(a, b)).max(DVec2::ZERO);
         let surface = self.point(hit.primitive, weights / (weights.x + weights.y).max(1.0));
         if surface.n.dot(self.outward * n) < 0.0 { surface.flipped() } else { surface }
-    }
-
-    fn edge_distance(&self, surface: &Surface) -> Option<f64> {
-        let [a, b, c] = self.triangles.triangle(surface.primitive);
-        let beside = |p: DVec3, q: DVec3| (q - p).normalize().cross(surface.p - p).length();
-        Some(beside(a, b).min(beside(b, c)).min(beside(c, a)))
-    }
-
-    fn open_edges(&self) -> Option<OpenEdges> {
-        if self.allow_open { None } else { solid::open_edges(&self.triangles, &self.slivers) }
     }
 }

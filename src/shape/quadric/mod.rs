@@ -11,7 +11,7 @@ use std::fmt::Debug;
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::{Crossing, Crossings, Hit, Line, ShapeModel, ShapeSample, Surface, affine::Affine};
+use super::{Crossing, Crossings, Hit, Line, ShapeModel, ShapeSample, SolidModel, Surface, affine::Affine};
 use crate::{
     math::{Aabb, PerArea, Ray},
     scene_file::{Described, Params, Plugin, SceneError},
@@ -115,6 +115,22 @@ impl<K: QuadricKind> ShapeModel for Clipped<K> {
         Surface::flat(self.affine.point(local), self.affine.normal(n), self.kind.uv(local), 0)
     }
 
+    fn not_an_emitter_because(&self) -> Option<&'static str> {
+        K::not_an_emitter_because()
+    }
+
+    fn sample_position(&self, u: DVec2) -> ShapeSample<PerArea> {
+        let (local, pdf) = self.kind.sample(u).expect("only a shape that can shine is drawn from");
+        self.drawn(local, self.world_pdf(local, pdf))
+    }
+
+    fn pdf_position(&self, surface: &Surface) -> PerArea {
+        let local = self.affine.to_local.transform_point3(surface.p);
+        self.world_pdf(local, self.kind.pdf(local))
+    }
+}
+
+impl<K: QuadricKind> SolidModel for Clipped<K> {
     fn check_solid(&self) -> Result<(), String> {
         Ok(())
     }
@@ -153,19 +169,5 @@ impl<K: QuadricKind> ShapeModel for Clipped<K> {
         let n = self.affine.normal(DVec3::AXES[axis] * [-1.0, 1.0][side]);
         let uv = DVec2::new(local[(axis + 1) % 3], local[(axis + 2) % 3]);
         Surface::flat(self.affine.point(local), n, uv, hit.primitive)
-    }
-
-    fn not_an_emitter_because(&self) -> Option<&'static str> {
-        K::not_an_emitter_because()
-    }
-
-    fn sample_position(&self, u: DVec2) -> ShapeSample<PerArea> {
-        let (local, pdf) = self.kind.sample(u).expect("only a shape that can shine is drawn from");
-        self.drawn(local, self.world_pdf(local, pdf))
-    }
-
-    fn pdf_position(&self, surface: &Surface) -> PerArea {
-        let local = self.affine.to_local.transform_point3(surface.p);
-        self.world_pdf(local, self.kind.pdf(local))
     }
 }

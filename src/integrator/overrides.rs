@@ -1,0 +1,78 @@
+use super::Integrator;
+use crate::scene_file::{Category, Document, Object, ObjectId, Property, SceneError, SourceLocation, Value};
+
+/// What the command line changes about a scene's integrator.
+#[derive(Clone, Debug, Default)]
+pub struct Overrides {
+    /// The name of another integrator, which keeps the parameters that both have, such as `max_depth`.
+    pub name: Option<String>,
+    /// Parameters, as name and text.
+    pub params: Vec<(String, String)>,
+}
+
+impl Integrator {
+    /// The name of a scene's own integrator, if it has one.
+    #[must_use]
+    pub fn name_in(document: &Document) -> Option<&str> {
+        let id = document.child(document.root, Category::Integrator)?;
+        Some(&document.object(id).plugin)
+    }
+
+    /// The integrator of a scene's document.
+    ///
+    /// # Errors
+    /// If the scene has none and none is named, or it is wrong.
+    pub fn of_scene(document: &Document, overrides: &Overrides) -> Result<Self, SceneError> {
+        let (document, id) = overrides.applied(document)?;
+        Self::read(&document, id)
+    }
+
+    /// The same as text: its name, and the parameters that are set.
+    ///
+    /// # Errors
+    /// If the scene has none and none is named.
+    pub fn described(document: &Document, overrides: &Overrides) -> Result<String, SceneError> {
+        let (document, id) = overrides.applied(document)?;
+        Ok(document.describe(id, &[]))
+    }
+}
+
+impl Overrides {
+    /// The document with its integrator as it is asked for.
+    fn applied(&self, document: &Document) -> Result<(Document, ObjectId), SceneError> {
+        let own = document.child(document.root, Category::Integrator);
+        let mut document = document.clone();
+        let id = match (own, &self.name) {
+            (None, None) => {
+                let root = document.object(document.root);
+                let error = SceneError::at(&root.place, "the scene has no integrator");
+                return Err(error.hint("give it one, or name one with --integrator"));
+            }
+            (Some(id), None) => id,
+            (own, Some(name)) => {
+                let option = format!("--integrator {name}");
+                document.add_stand_in(own, Category::Integrator, name, Integrator::PLUGINS, &option)
+            }
+        };
+        for (name, text) in &self.params {
+            set(&mut document.objects[id.0], name, text);
+        }
+        Ok((document, id))
+    }
+}
+
+/// Sets a parameter from text, of the type that the text looks like.
+fn set(object: &mut Object, name: &str, text: &str) {
+    let value = if let Ok(integer) = text.parse() {
+        Value::Integer(integer)
+    } else if let Ok(float) = text.parse() {
+        Value::Float(float)
+    } else if let Ok(boolean) = text.parse() {
+        Value::Boolean(boolean)
+    } else {
+        Value::String(text.to_owned())
+    };
+    object.properties.retain(|property| property.name != name);
+    let place = SourceLocation::argument(&format!("--param {name}={text}"));
+    object.properties.push(Property { name: name.to_owned(), value, place });
+}

@@ -1,0 +1,43 @@
+//! The verdict held against itself.
+
+use crate::{
+    comparison::{self, ImageEstimate},
+    integrator::Overrides,
+    law::{Check, CheckError, Effort, Finding, LEVEL, Law, SceneFile},
+    render::{Renderer, Replicate},
+    scene_file::xml,
+    stats::{Outcome, Verdict, binomial},
+    validation::reference::{PASSES, SEED},
+};
+
+/// This law.
+pub(super) const LAWS: &[Law] = &[Law {
+    name: "calibration/a-a",
+    claim: "Two renderings of the same scene with different seeds are told apart in about 1 % of all cases.",
+    source: "the level of the verdict; exact binomial probability of as many rejections or more",
+    check: Check::Scenes(calibrate),
+}];
+/// Scenes without and with heavy tails.
+const CALIBRATED: [&str; 2] = ["diffuse-room", "metal-spheres"];
+
+fn calibrate(scene: &SceneFile, effort: Effort) -> Result<Vec<Finding>, CheckError> {
+    let stem = scene.stem();
+    if !CALIBRATED.contains(&stem.as_str()) {
+        return Ok(Vec::new());
+    }
+    let comparisons = match effort {
+        Effort::Quick => 10,
+        Effort::Full => 100,
+    };
+    let renderer = Renderer::new(&xml::read(&scene.path, &[])?, &Overrides::default())?;
+    let side =
+        |number| ImageEstimate::of_replicates(&renderer, Replicate { seed: SEED + 1, number, samples: 2 }, PASSES);
+    let mut rejected = 0;
+    for i in 0..comparisons {
+        let (one, other) = (side(2 * i * PASSES), side((2 * i + 1) * PASSES));
+        let verdict = comparison::with_image(&one, &other)?.verdict;
+        rejected += u64::from(verdict.is_some_and(|verdict: Verdict| verdict.outcome == Outcome::Differs));
+    }
+    let p = binomial::at_least_p(rejected, comparisons, LEVEL);
+    Ok(vec![Finding::test(stem, format!("{rejected} of {comparisons} rejected"), p)])
+}

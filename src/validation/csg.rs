@@ -1,0 +1,75 @@
+//! What must hold between images.
+
+use std::path::Path;
+
+use crate::{
+    comparison::{ImageEstimate, with_image},
+    integrator::Overrides,
+    law::{Check, Effort, Finding, Law},
+    render::{Renderer, Replicate},
+    scene_file::xml,
+    stats::Outcome,
+};
+
+/// These laws.
+pub const LAWS: &[Law] = &[Law {
+    name: "csg/render-equivalence",
+    claim: "A glass ball as a quadric, and as a union of two half balls that share a face, gives an image that agrees with that of \
+            a sphere; 0 stands for agreement.",
+    source: "they are the same set; the verdict of this program, which must be able to see half a percent",
+    check: Check::Analytic(same_image),
+}];
+
+const SPHERE: &str = r#"<shape type="sphere"><float name="radius" value="0.8"/>GLASS</shape>"#;
+const QUADRIC: &str = r#"<shape type="quadric"><string name="coefficients" value="1 1 1 0 0 0 0 0 0 -0.64"/>
+    <point name="bbox_min" value="-1"/><point name="bbox_max" value="1"/>GLASS</shape>"#;
+/// Cut by a plane askew, once turned.
+const HALVES: &str = r#"<shape type="csg"><string name="operation" value="union"/>
+    <shape type="csg"><string name="operation" value="intersection"/>
+        <shape type="sphere"><float name="radius" value="0.8"/></shape>
+        <shape type="plane"><transform name="to_world"><rotate x="0.6" z="0.8" angle="50"/></transform></shape></shape>
+    <shape type="csg"><string name="operation" value="intersection"/>
+        <shape type="sphere"><float name="radius" value="0.8"/></shape>
+        <shape type="plane"><transform name="to_world"><rotate x="1" angle="180"/><rotate x="0.6" z="0.8" angle="50"/></transform></shape>
+    </shape>GLASS</shape>"#;
+const GLASS: &str =
+    r#"<bsdf type="dielectric"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf>"#;
+
+/// The ball in a room without corners whose walls shine unevenly by their colours.
+fn renderer(ball: &str) -> Renderer {
+    let text = format!(
+        r#"<scene version="3.0.0"><integrator type="path"><integer name="max_depth" value="8"/></integrator>
+        <sensor type="perspective"><float name="fov" value="40"/>
+        <transform name="to_world"><lookat origin="0.4, 0.6, 3.2" target="0, 0, 0" up="0, 1, 0"/></transform>
+        <film type="hdrfilm"><integer name="width" value="48"/><integer name="height" value="32"/><rfilter type="box"/></film></sensor>
+        <shape type="plane"><transform name="to_world"><rotate x="1" angle="-90"/><translate y="-0.9"/></transform>
+        <bsdf type="diffuse"><texture type="checkerboard" name="reflectance"><rgb name="color0" value="0.8, 0.7, 0.3"/>
+        <rgb name="color1" value="0.1, 0.3, 0.5"/></texture></bsdf></shape>
+        <emitter type="constant"><rgb name="radiance" value="0.6, 0.8, 1.1"/></emitter>{}</scene>"#,
+        ball.replace("GLASS", GLASS)
+    );
+    let document = xml::parse(&text, "law", Path::new(""), &[]).expect("the scene is valid XML");
+    Renderer::new(&document, &Overrides::default()).expect("the scene is valid")
+}
+
+fn same_image(effort: Effort) -> Vec<Finding> {
+    const PASSES: u64 = 32;
+    let samples = effort.samples(32);
+    let side = |ball: &str, number: u64| {
+        ImageEstimate::of_replicates(&renderer(ball), Replicate { seed: 70, number, samples }, PASSES)
+    };
+    let reference = side(SPHERE, 0);
+    let compare = |(name, ball, first): (&str, &str, u64)| {
+        let ours = side(ball, first);
+        let outcome = |ours: &ImageEstimate| {
+            let found = with_image(ours, &reference).expect("the sizes are the same");
+            found.verdict.expect("passes have scatter").outcome
+        };
+        let brighter = outcome(&ours.scaled(1.005));
+        [
+            Finding::error(name, f64::from(outcome(&ours) != Outcome::Agrees), 0.0),
+            Finding::error(format!("{name}, times 1.005 differs"), f64::from(brighter != Outcome::Differs), 0.0),
+        ]
+    };
+    [("quadric", QUADRIC, PASSES), ("two halves", HALVES, 2 * PASSES)].into_iter().flat_map(compare).collect()
+}

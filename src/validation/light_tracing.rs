@@ -1,0 +1,277 @@
+//! What must hold of images that are made of light followed from its source: they are those of path tracing.
+
+use std::path::Path;
+
+use crate::{
+    integrator::Overrides,
+    law::{Check, Effort, Finding, Law},
+    render::{Renderer, Replicate},
+    scene_file::xml,
+    stats::{Estimate, Moments, equivalence::TO_RADIUS_ZERO},
+    transport::PathClass,
+    validation::caustics::pane,
+};
+
+/// These laws.
+pub const LAWS: &[Law] = &[
+    Law {
+        name: "light-tracing/path",
+        claim: "Light tracing and path tracing show the same in every quarter of the film: all lights and scattering materials, \
+                pinhole and thin lens, all filters up to their borders, a crop, hidden lights, and few segments.",
+        source: "two estimators of one integral, Veach 1997, chapter 10",
+        check: Check::Analytic(light_is_path),
+    },
+    Law {
+        name: "photon-map/split",
+        claim: "Each of the four parts of a photon-mapped image is equivalent to the same class of a path tracer's paths, and their \
+                sum to the whole, with radii extrapolated to 0; direct and indirect light from the map too.",
+        source: "bias of a density estimate is even in the radius; least squares in r² on the same photons",
+        check: Check::Analytic(split),
+    },
+    Law {
+        name: "caustic/pane-unseen",
+        claim: "Neither path tracing nor light tracing shows anything of a floor that a point lights and a pinhole sees through glass.",
+        source: "no connection goes through glass, and no ray meets a point",
+        check: Check::Analytic(unseen),
+    },
+];
+
+/// Parameters of an integrator.
+type Given<'a> = &'a [(&'a str, &'a str)];
+
+fn renderer(scene: &str, sensor: &str, integrator: &str, params: Given<'_>) -> Renderer {
+    let text = format!(r#"<scene version="3.0.0">{sensor}{scene}</scene>"#);
+    let document = xml::parse(&text, "law", Path::new(""), &[]).expect("the scene is valid XML");
+    let params = params.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
+    Renderer::new(&document, &Overrides { name: Some(integrator.to_owned()), params }).expect("the scene is valid")
+}
+
+const LOOK: &str =
+    r#"<transform name="to_world"><lookat origin="0.6, -3.4, 2.1" target="0, 0.1, 0.6" up="0, 0, 1"/></transform>"#;
+
+fn pinhole(film: &str) -> String {
+    format!(
+        r#"<sensor type="perspective"><float name="fov" value="50"/>{LOOK}<film type="hdrfilm">
+           <integer name="width" value="16"/><integer name="height" value="12"/>{film}</film><sampler type="ldsampler"/></sensor>"#
+    )
+}
+
+fn lens(film: &str) -> String {
+    format!(
+        r#"<sensor type="thinlens"><float name="fov" value="50"/><float name="aperture_radius" value="0.2"/>
+           <float name="focus_distance" value="3"/>{LOOK}<film type="hdrfilm">
+           <integer name="width" value="16"/><integer name="height" value="12"/>{film}</film></sensor>"#
+    )
+}
+
+const FILTER: &str = r#"<rfilter type="box"/>"#;
+
+fn things(material: &str) -> String {
+    format!(
+        r#"<shape type="rectangle"><transform name="to_world"><scale value="1.6"/></transform>
+             <bsdf type="diffuse"><rgb name="reflectance" value="0.7, 0.5, 0.3"/></bsdf></shape>
+           <shape type="rectangle"><transform name="to_world"><scale value="1.6"/><rotate x="1" angle="80"/>
+             <translate x="0" y="1.6" z="0.9"/></transform>{material}</shape>
+           <shape type="sphere"><point name="center" x="-0.5" y="-0.2" z="0.6"/><float name="radius" value="0.5"/>{material}</shape>
+           <shape type="cube"><transform name="to_world"><scale value="0.3"/><rotate z="1" angle="25"/>
+             <translate x="0.7" y="-0.3" z="0.3"/></transform>
+             <bsdf type="diffuse"><rgb name="reflectance" value="0.2, 0.6, 0.8"/></bsdf></shape>"#
+    )
+}
+
+const PAINT: &str =
+    r#"<bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value="0.3, 0.8, 0.5"/></bsdf></bsdf>"#;
+const POINT: &str = r#"<emitter type="point"><point name="position" x="0.3" y="-0.8" z="2.5"/>
+    <rgb name="intensity" value="4, 6, 9"/></emitter>"#;
+const LAMP: &str = r#"<shape type="rectangle"><transform name="to_world"><scale value="0.4"/><rotate x="1" angle="190"/>
+    <translate x="0.2" y="0.2" z="2"/></transform><emitter type="area"><rgb name="radiance" value="9, 6, 4"/></emitter></shape>"#;
+
+fn light_is_path(effort: Effort) -> Vec<Finding> {
+    let phong = r#"<bsdf type="phong"><rgb name="diffuse_reflectance" value="0.3, 0.2, 0.1"/>
+        <rgb name="specular_reflectance" value="0.4, 0.5, 0.6"/><float name="exponent" value="4"/></bsdf>"#;
+    let metal = r#"<bsdf type="metal"><rgb name="reflectance" value="0.9, 0.7, 0.4"/><float name="roughness" value="0.9"/></bsdf>"#;
+    let rough =
+        r#"<bsdf type="roughconductor"><string name="material" value="Cu"/><float name="alpha" value="0.5"/></bsdf>"#;
+    let sun = r#"<emitter type="directional"><vector name="direction" x="0.4" y="0.5" z="-1"/>
+        <rgb name="irradiance" value="1, 2, 3"/></emitter>"#;
+    let sky = r#"<emitter type="constant"><rgb name="radiance" value="0.5, 0.8, 1"/></emitter>"#;
+    let spot = r#"<emitter type="spot"><rgb name="intensity" value="30, 20, 10"/><float name="cutoff_angle" value="35"/>
+        <transform name="to_world"><lookat origin="1.5, -1.5, 2" target="0, 0, 0.3" up="0, 0, 1"/></transform></emitter>"#;
+    let gaussian = r#"<rfilter type="gaussian"/>"#;
+    let border = r#"<rfilter type="tent"><float name="radius" value="2"/></rfilter><boolean name="sample_border" value="true"/>
+        <integer name="crop_offset_x" value="4"/><integer name="crop_width" value="8"/>"#;
+    let hidden = [("hide_emitters", "true")];
+    // Above what the sensor sees, for light tracing shows glass black.
+    let amber = r#"<shape type="rectangle"><transform name="to_world"><scale value="0.5"/><rotate x="1" angle="175"/>
+        <translate x="0.3" y="0" z="4.4"/></transform><emitter type="area"><rgb name="radiance" value="40, 30, 20"/></emitter></shape>
+        <shape type="sphere"><point name="center" x="0.2" y="0.1" z="2.9"/><float name="radius" value="0.5"/>
+        <bsdf type="dielectric"><float name="int_ior" value="1.3"/><float name="ext_ior" value="1"/>
+        <rgb name="absorption" value="0.2, 0.9, 3"/></bsdf></shape>"#;
+    let cases: [(&str, String, String, Given<'_>); 10] = [
+        ("point light, pinhole, box", things(PAINT) + POINT, pinhole(FILTER), &[]),
+        ("spot, thin lens", things(PAINT) + spot, lens(FILTER), &[]),
+        ("sun, gaussian", things(PAINT) + sun, pinhole(gaussian), &[]),
+        ("sky, crop with border, tent", things(PAINT) + sky, pinhole(border), &[]),
+        ("lamp, phong", things(phong) + LAMP, pinhole(FILTER), &[]),
+        ("lamp, metal", things(metal) + LAMP, pinhole(FILTER), &[]),
+        ("lamp and sky, rough conductor, hidden lights", things(rough) + LAMP + sky, lens(gaussian), &hidden),
+        ("all lights, thin lens, gaussian", things(PAINT) + POINT + spot + sun + sky + LAMP, lens(gaussian), &[]),
+        ("lamp behind amber", things(PAINT) + amber, lens(FILTER), &[]),
+        ("lamp and point, three segments", things(PAINT) + LAMP + POINT, pinhole(FILTER), &[("max_depth", "3")]),
+    ];
+    let passes = u64::from(effort.samples(24));
+    let mut findings = Vec::new();
+    for (name, scene, sensor, params) in cases {
+        let of = |integrator, seed| {
+            let depth = [("max_depth", "6")];
+            let params = [&depth[..], params].concat();
+            quarters(&renderer(&scene, &sensor, integrator, &params), seed, passes)
+        };
+        let (light, path) = (of("ptracer", 91), of("path", 92));
+        for (i, quarter) in QUARTERS.iter().enumerate() {
+            findings.push(Finding::equal_means(format!("{name}, {quarter}"), &light[i], &path[i]));
+        }
+    }
+    findings
+}
+
+const QUARTERS: [&str; 4] = ["upper left", "upper right", "lower left", "lower right"];
+
+/// The mean of a mixture of the channels in each quarter of the film, over passes.
+fn quarters(renderer: &Renderer, seed: u64, passes: u64) -> [Moments; 4] {
+    let crop = renderer.scene.sensor.film.rendered();
+    let mut moments = [Moments::default(); 4];
+    for number in 0..passes {
+        let pixels = renderer.render(Replicate { seed, number, samples: 48 }, &|_| {}).means();
+        let mut sums = [0.0; 4];
+        for (i, [r, g, b]) in pixels.iter().enumerate() {
+            let (x, y) = (i as u32 % crop.width, i as u32 / crop.width);
+            let quarter = usize::from(2 * x >= crop.width) + 2 * usize::from(2 * y >= crop.height);
+            // Unequal weights, so that no swap of channels cancels.
+            sums[quarter] += (0.5 * r + 0.3 * g + 0.2 * b) * 4.0 / pixels.len() as f64;
+        }
+        moments.iter_mut().zip(sums).for_each(|(moments, sum)| moments.push(sum));
+    }
+    moments
+}
+
+/// The parts of a photon-mapped image, each the mean over the film, extrapolated to radius 0, over passes; the sum last.
+fn extrapolated(make: impl Fn(Given<'_>) -> Renderer, least: f64, samples: u32, passes: u64) -> [Moments; 5] {
+    let at_radius = |(scale, weight): (f64, f64)| {
+        let radius = format!("{}", scale * least);
+        let renderer =
+            make(&[("lookup_size", "0"), ("global_lookup_radius", &radius), ("caustic_lookup_radius", &radius)]);
+        (renderer, weight)
+    };
+    let renderers = TO_RADIUS_ZERO.map(at_radius);
+    let mut moments = [Moments::default(); 5];
+    for number in 0..passes {
+        let mut sums = [0.0; 5];
+        for (renderer, weight) in &renderers {
+            // The same photons and the same samples for all three radii.
+            let parts = parts(renderer, Replicate { seed: 94, number, samples });
+            sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += weight * part);
+        }
+        moments.iter_mut().zip(sums).for_each(|(moments, sum)| moments.push(sum));
+    }
+    moments
+}
+
+/// The mean of a mixture of the channels of each layer of the four classes, and of the image.
+fn parts(renderer: &Renderer, replicate: Replicate) -> [f64; 5] {
+    let image = renderer.render(replicate, &|_| {}).image();
+    let mean = |prefix: &str| {
+        let channel = |name: &str, weight: f64| {
+            let plane = image.channel(&format!("{prefix}{name}")).expect("the image has four parts");
+            weight * plane.iter().map(|&x| f64::from(x)).sum::<f64>() / plane.len() as f64
+        };
+        channel("R", 0.5) + channel("G", 0.3) + channel("B", 0.2)
+    };
+    let [direct, specular, caustic, indirect] = PathClass::ALL.map(|class| mean(&format!("{}.", class.name())));
+    [direct, specular, caustic, indirect, mean("")]
+}
+
+/// A room of unequal colours with a lamp, glass, a mirror, and something rough.
+fn glass_room() -> String {
+    let wall = |colour: &str, place: &str| {
+        format!(
+            r#"<shape type="rectangle"><transform name="to_world"><scale value="1.5"/>{place}</transform>
+               <bsdf type="diffuse"><rgb name="reflectance" value="{colour}"/></bsdf></shape>"#
+        )
+    };
+    let walls = [
+        wall("0.7, 0.6, 0.5", ""),
+        wall("0.6, 0.7, 0.7", r#"<rotate x="1" angle="180"/><translate z="3"/>"#),
+        wall("0.7, 0.2, 0.1", r#"<rotate y="1" angle="90"/><translate x="-1.5" z="1.5"/>"#),
+        wall("0.1, 0.3, 0.7", r#"<rotate y="1" angle="-90"/><translate x="1.5" z="1.5"/>"#),
+        wall("0.5, 0.6, 0.4", r#"<rotate x="1" angle="90"/><translate y="1.5" z="1.5"/>"#),
+    ];
+    walls.concat()
+        + r#"<shape type="rectangle"><transform name="to_world"><scale value="0.6"/><rotate x="1" angle="180"/>
+               <translate x="0.2" y="-0.2" z="2.9"/></transform><emitter type="area"><rgb name="radiance" value="9, 7, 4"/></emitter></shape>
+             <shape type="sphere"><point name="center" x="-0.6" y="-0.3" z="0.7"/><float name="radius" value="0.6"/>
+               <bsdf type="dielectric"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf></shape>
+             <shape type="sphere"><point name="center" x="0.7" y="0.5" z="0.6"/><float name="radius" value="0.5"/>
+               <bsdf type="conductor"><rgb name="specular_reflectance" value="0.9, 0.8, 0.6"/></bsdf></shape>
+             <shape type="sphere"><point name="center" x="0.6" y="-0.6" z="0.3"/><float name="radius" value="0.3"/>
+               <bsdf type="metal"><rgb name="reflectance" value="0.6, 0.7, 0.9"/><float name="roughness" value="0.9"/></bsdf></shape>"#
+}
+
+fn unseen(_: Effort) -> Vec<Finding> {
+    let light = |integrator| -> f64 {
+        let renderer = renderer(&pane::scene(), &pinhole(FILTER), integrator, &[]);
+        renderer.render(Replicate { seed: 95, number: 0, samples: 64 }, &|_| {}).means().as_flattened().iter().sum()
+    };
+    let dark = |integrator| Finding::value(integrator, light(integrator), 0.0, 0.0);
+    let mut findings: Vec<_> = ["path", "ptracer"].map(dark).into();
+    // The sensor does look at the floor.
+    let is_lit = f64::from(light("photonmapper") > 1e-3);
+    findings.push(Finding::value("photonmapper, whether it shows light there", is_lit, 1.0, 0.0));
+    findings
+}
+
+fn split(effort: Effort) -> Vec<Finding> {
+    const NAMES: [&str; 5] = ["direct", "specular", "caustic", "indirect", "sum"];
+    /// How far each part may be from the other's, relative: what the quick run's noise allows to be shown.
+    const BOUNDS: [f64; 5] = [0.01, 0.04, 0.04, 0.03, 0.015];
+    const BOUNDS_OF_MAPS: [f64; 5] = [0.02, 0.04, 0.04, 0.03, 0.02];
+    let (scene, sensor) = (glass_room(), pinhole(FILTER));
+    let depth = ("max_depth", "6");
+    let passes = u64::from(effort.samples(24));
+    let path = renderer(&scene, &sensor, "path", &[depth, ("path_classes", "true")]);
+    let mut truth = [Moments::default(); 5];
+    for number in 0..passes {
+        let parts = parts(&path, Replicate { seed: 93, number, samples: 1024 });
+        truth.iter_mut().zip(parts).for_each(|(moments, part)| moments.push(part));
+    }
+    let ways: [(&str, [f64; 5], Given<'_>); 4] = [
+        ("traced and gathered", BOUNDS, &[]),
+        ("all from the map", BOUNDS_OF_MAPS, &[("direct", "map"), ("indirect", "map")]),
+        ("shadow photons", BOUNDS_OF_MAPS, &[("direct", "shadow_photons"), ("indirect", "map")]),
+        ("several rays with importance", BOUNDS, &[("gather_samples", "3"), ("gather_importance", "true")]),
+    ];
+    let mut findings = Vec::new();
+    for (way, bounds, params) in ways {
+        let photons = [depth, ("global_photons", "20000"), ("caustic_photons", "20000")];
+        let make =
+            |radius: Given<'_>| renderer(&scene, &sensor, "photonmapper", &[&photons[..], params, radius].concat());
+        let found = extrapolated(make, 0.06, 64, passes);
+        for (i, part) in NAMES.iter().enumerate() {
+            let estimate = |moments| Estimate::from_moments(moments).expect("there are two passes or more");
+            let subject = format!("{way}, {part}");
+            findings.push(Finding::equivalent(subject, &estimate(&found[i]), &estimate(&truth[i]), bounds[i]));
+        }
+    }
+    findings.push(by_nearest(&scene, &sensor, &truth[4], passes));
+    findings
+}
+
+/// The image of the default lookup, 50 photons of a map that is dense, as it is: its bias must be small.
+fn by_nearest(scene: &str, sensor: &str, truth: &Moments, passes: u64) -> Finding {
+    const BOUND: f64 = 0.03;
+    let params = [("max_depth", "6"), ("global_photons", "60000"), ("caustic_photons", "60000")];
+    let renderer = renderer(scene, sensor, "photonmapper", &params);
+    let sums = (0..passes).map(|number| parts(&renderer, Replicate { seed: 96, number, samples: 32 })[4]);
+    let estimate = |moments| Estimate::from_moments(moments).expect("there are two passes or more");
+    Finding::equivalent("50 nearest, sum", &estimate(&sums.collect()), &estimate(truth), BOUND)
+}

@@ -1,0 +1,323 @@
+//! The bias and the variance of the mean of N passes.
+
+use std::f64::consts::PI;
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::{ERROR_DRIVEN, Image, PER_PASS, PER_PIXEL, sppm, squares_of_passes};
+use crate::{
+    law::{Check, Effort, Finding, Law},
+    math::Rgb,
+    photon::Kernel,
+    render::Renderer,
+    stats::{Estimate, Moments},
+    validation::{
+        setup::{PixelCentres, ground, renderer},
+        slope::{Point, slope},
+        theory::density::{Photons, Prediction, point_light},
+    },
+};
+
+/// These laws.
+pub const LAWS: &[Law] = &[
+    Law {
+        name: "progressive/finite-n",
+        claim: "The mean of N passes has the bias and the variance that N passes must have, for α of 1/2, 2/3 and 4/5, three N, and a \
+                kernel each; and so do their slopes over N, which are not yet those of the limit.",
+        source: "N passes of independent photons: the mean is that of E blurred by the kernels, the variance N^-2 Σ (Φ ∫ E K² - mean²) / \
+                 M; in the limit N^(α-1) and N^-α, Knaus and Zwicker 2011, section 4",
+        check: Check::Analytic(passes),
+    },
+    Law {
+        name: "progressive/finite-n-pixel",
+        claim: "With a radius for each pixel, the mean of N passes has the bias and the variance that the radii it had must give; these \
+                shrink like those of passes, by the photons that are expected in them, and so do the slopes over N.",
+        source: "given the radii, passes are independent; r² (i + α) / (i + 1) where light is even, and by the blurred E here",
+        check: Check::Analytic(pixels),
+    },
+];
+
+const INTENSITY: f64 = 3.0;
+const HEIGHT: f64 = 0.5;
+/// From the place below the light.
+const DISTANCE: f64 = 0.25;
+/// Places with the same irradiance, each a pixel.
+const PLACES: usize = 8;
+/// Of the film.
+const EDGE: u32 = 4;
+/// Of the first pass.
+const RADIUS: f64 = 0.4;
+const ALBEDO: f64 = 0.6;
+const CASES: [(f64, &str, Kernel); 3] = [
+    (0.5, "constant", Kernel::Constant),
+    (2.0 / 3.0, "epanechnikov", Kernel::Epanechnikov),
+    (0.8, "cone", Kernel::Cone),
+];
+const PASSES: [u32; 3] = [4, 16, 64];
+
+/// A camera above the place below the light, which looks down.
+fn scene(alpha: f64, kernel: &str, schedule: &str, photons: u32) -> Renderer {
+    let integrator = sppm(&format!(
+        "integer photon_count={photons}, float initial_radius={RADIUS}, float alpha={alpha}, string direct=map, integer \
+         max_depth=2, string kernel={kernel}, string radius_schedule={schedule}"
+    ));
+    let light = format!(
+        r#"<emitter type="point"><point name="position" x="0" y="0" z="{HEIGHT}"/><rgb name="intensity" value="{INTENSITY}"/></emitter>"#
+    );
+    let eye = 0.3 * DVec3::Z;
+    let half_width = DISTANCE * f64::from(EDGE) / RING.sqrt();
+    let fov = 2.0 * (half_width / eye.z).atan().to_degrees();
+    let camera = PixelCentres { eye, target: DVec3::ZERO, fov, columns: EDGE, rows: EDGE };
+    renderer(&integrator, &camera.xml(), &(light + &ground(Rgb::splat(ALBEDO))))
+}
+
+/// The square of the distance of the places from the middle of the film, in halves of a pixel.
+const RING: f64 = 1.0 + 9.0;
+
+/// One of the places.
+const PLACE: DVec2 = DVec2::new(DISTANCE, 0.0);
+
+/// The pixels that show the places.
+fn ring() -> [usize; PLACES] {
+    let edge = EDGE as usize;
+    let across = |i: usize| 2.0 * i as f64 + 1.0 - f64::from(EDGE);
+    let is_on_ring = |pixel: &usize| DVec2::new(across(pixel % edge), across(pixel / edge)).length_squared() == RING;
+    let mut pixels = (0..edge * edge).filter(is_on_ring);
+    std::array::from_fn(|_| pixels.next().expect("the ring has eight pixels"))
+}
+
+/// The irradiance that the places show in the next pass.
+fn estimates(image: &mut Image<'_>) -> [f64; PLACES] {
+    let shown = image.pass();
+    ring().map(|pixel| PI / ALBEDO * shown[pixel].y)
+}
+
+/// The irradiance at the places.
+fn truth() -> f64 {
+    point_light(INTENSITY, HEIGHT)(PLACE)
+}
+
+/// What an estimate with a radius has for moments, for any square of the radius up to that of the first pass.
+struct Blur {
+    photons: u32,
+    /// At squares of radii over the first, the mean and the square of the radius times the mean of K² E: both smooth.
+    nodes: Vec<(f64, [f64; 2])>,
+}
+
+impl Blur {
+    /// Chebyshev's points, where polynomials through values of a smooth function converge like a geometric series.
+    const NODES: u32 = 14;
+    const POWER: f64 = 4.0 * PI * INTENSITY;
+
+    fn new(kernel: Kernel, photons: u32) -> Self {
+        let node = |i: u32| {
+            let squared = 0.5 - 0.5 * (PI * (f64::from(i) + 0.5) / f64::from(Self::NODES)).cos();
+            let floor = Photons { irradiance: point_light(INTENSITY, HEIGHT), power: Self::POWER, count: photons };
+            let found = floor.within(kernel, PLACE, RADIUS * squared.sqrt());
+            let square = f64::from(photons) * found.variance + found.mean * found.mean;
+            (squared, [found.mean, squared * square])
+        };
+        Self { photons, nodes: (0..Self::NODES).map(node).collect() }
+    }
+
+    fn at(&self, squared: f64) -> Prediction {
+        // Berrut and Trefethen 2004, "Barycentric Lagrange Interpolation", eq. (4.2) and (5.3).
+        let (mut sums, mut total) = ([0.0; 2], 0.0);
+        for (i, (node, values)) in self.nodes.iter().enumerate() {
+            let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
+            let weight = sign * (node * (1.0 - node)).sqrt() / (squared - node);
+            total += weight;
+            (0..2).for_each(|which| sums[which] += weight * values[which]);
+        }
+        let [mean, square] = sums.map(|sum| sum / total);
+        Prediction { mean, variance: (square / squared - mean * mean) / f64::from(self.photons) }
+    }
+
+    /// The mean over passes.
+    fn over(&self, squares: impl Iterator<Item = f64>) -> Prediction {
+        let (mut mean, mut variance, mut n) = (0.0, 0.0, 0.0);
+        for squared in squares {
+            let pass = self.at(squared);
+            (mean, variance, n) = (mean + pass.mean, variance + pass.variance, n + 1.0);
+        }
+        Prediction { mean: mean / n, variance: variance / (n * n) }
+    }
+}
+
+/// Bias and variance over N.
+#[derive(Default)]
+struct Points([Vec<Point>; 2]);
+
+impl Points {
+    /// Takes the moments of errors, and those of their squares, of which the first have this bias.
+    fn push(&mut self, passes: u32, [errors, squares]: &[Moments; 2], bias: f64, expected: Prediction) {
+        let count = f64::from(passes);
+        // Light that is brightest in the middle is blurred darker.
+        let darker = Moments { mean: -bias - errors.mean, ..*errors };
+        self.0[0].push(Point { count, found: darker, expected: truth() - expected.mean });
+        self.0[1].push(Point { count, found: *squares, expected: expected.variance });
+    }
+
+    fn slopes(&self, name: &str, alpha: f64) -> [Finding; 2] {
+        [
+            slope(format!("{name}, slope of the bias"), &self.0[0], alpha - 1.0),
+            slope(format!("{name}, slope of the variance"), &self.0[1], -alpha),
+        ]
+    }
+}
+
+fn passes(effort: Effort) -> Vec<Finding> {
+    const PHOTONS: u32 = 500;
+    let mut findings = Vec::new();
+    for (case, (alpha, kernel_name, kernel)) in CASES.into_iter().enumerate() {
+        let renderer = scene(alpha, kernel_name, PER_PASS, PHOTONS);
+        let blur = Blur::new(kernel, PHOTONS);
+        let name = format!("α = {alpha:.3}");
+        let mut points = Points::default();
+        for n in PASSES {
+            let expected = blur.over(squares_of_passes(alpha).take(n as usize));
+            let image = |number: u32| {
+                let mut image = Image::new(&renderer, n, 72 + 10 * case as u64 + u64::from(n), u64::from(number));
+                let mut errors = [-expected.mean; PLACES];
+                for _ in 0..n {
+                    let found = estimates(&mut image);
+                    errors.iter_mut().zip(found).for_each(|(error, found)| *error += found / f64::from(n));
+                }
+                mean_and_square(errors)
+            };
+            let found: Vec<_> = (0..effort.samples(5120 / n)).into_par_iter().map(image).collect();
+            let moments = [0, 1].map(|i| found.iter().map(|image| image[i]).collect::<Moments>());
+            let bias = expected.mean - truth();
+            let biases = Moments { mean: moments[0].mean + bias, ..moments[0] };
+            findings.push(Finding::mean(format!("{name}, {n} passes, bias"), &biases, bias));
+            findings.push(Finding::mean(format!("{name}, {n} passes, variance"), &moments[1], expected.variance));
+            points.push(n, &moments, bias, expected);
+        }
+        findings.extend(points.slopes(&name, alpha));
+    }
+    findings
+}
+
+/// The mean over places of errors, and of their squares.
+fn mean_and_square(errors: [f64; PLACES]) -> [f64; 2] {
+    [1, 2].map(|n| errors.iter().map(|error| error.powi(n)).sum::<f64>() / PLACES as f64)
+}
+
+/// What an image of passes with a radius for each pixel has: the mean over places of the errors, of their squares, and of
+/// the bias, the variance and the square of the last radius that its own radii must give.
+type OfPixels = [f64; 5];
+
+/// Images with the moments that their own radii must give.
+struct Given {
+    errors: Moments,
+    squares: Moments,
+    /// Squares of errors less the variance that they should have, which differs from image to image.
+    excess: Moments,
+    /// The mean bias and the mean variance that should be.
+    expected: (f64, f64),
+}
+
+impl Given {
+    fn of(images: &[OfPixels]) -> Self {
+        let column = |i: usize| images.iter().map(|image| image[i]).collect::<Moments>();
+        Self {
+            errors: column(0),
+            squares: column(1),
+            excess: images.iter().map(|image| image[1] - image[3]).collect(),
+            expected: (column(2).mean, column(3).mean),
+        }
+    }
+
+    fn bias(&self, name: &str) -> Finding {
+        let biases = Moments { mean: self.errors.mean + self.expected.0, ..self.errors };
+        Finding::mean(format!("{name}, bias"), &biases, self.expected.0)
+    }
+
+    fn variance(&self, name: &str) -> Finding {
+        let variances = Moments { mean: self.excess.mean + self.expected.1, ..self.excess };
+        Finding::mean(format!("{name}, variance"), &variances, self.expected.1)
+    }
+}
+
+fn pixels(effort: Effort) -> Vec<Finding> {
+    const PHOTONS: u32 = 4000;
+    let mut findings = Vec::new();
+    for (case, (alpha, kernel_name, kernel)) in CASES.into_iter().enumerate() {
+        let renderer = scene(alpha, kernel_name, PER_PIXEL, PHOTONS);
+        let (blur, constant) = (Blur::new(kernel, PHOTONS), Blur::new(Kernel::Constant, PHOTONS));
+        let name = format!("α = {alpha:.3}");
+        let mut points = Points::default();
+        for n in PASSES {
+            let expected_squares = expected_squares(&constant, alpha, n);
+            let expected = blur.over(expected_squares[..n as usize].iter().copied());
+            let seed = 172 + 10 * case as u64 + u64::from(n);
+            let image = |number: u32| of_pixels(&mut Image::new(&renderer, n, seed, u64::from(number)), &blur);
+            let found: Vec<_> = (0..effort.samples(1024 / n)).into_par_iter().map(image).collect();
+            let given = Given::of(&found);
+            findings.push(given.bias(&format!("{name}, {n} passes")));
+            findings.push(given.variance(&format!("{name}, {n} passes")));
+            let last: Moments = found.iter().map(|image| image[4]).collect();
+            let last = Estimate::from_moments(&last).expect("there are two images or more");
+            let expected_last = Estimate::exact(expected_squares[n as usize]);
+            findings.push(Finding::equivalent(format!("{name}, r² after {n} passes"), &last, &expected_last, 0.02));
+            points.push(n, &[given.errors, given.squares], given.expected.0, expected);
+        }
+        findings.extend(points.slopes(&name, alpha));
+    }
+    findings.extend(error_driven(effort));
+    findings
+}
+
+/// Radii that depend on all that was found, which biases nothing: what has been found is no part of what is found next.
+fn error_driven(effort: Effort) -> [Finding; 3] {
+    const PHOTONS: u32 = 4000;
+    const PASSES: u32 = 16;
+    let renderer = scene(0.7, "epanechnikov", ERROR_DRIVEN, PHOTONS);
+    let blur = Blur::new(Kernel::Epanechnikov, PHOTONS);
+    let image = |number: u32| of_pixels(&mut Image::new(&renderer, PASSES, 271, u64::from(number)), &blur);
+    let found: Vec<_> = (0..effort.samples(64)).into_par_iter().map(image).collect();
+    let given = Given::of(&found);
+    let name = format!("by its error, {PASSES} passes");
+    let least = found.iter().map(|image| image[4]).fold(f64::INFINITY, f64::min);
+    [
+        given.bias(&name),
+        given.variance(&name),
+        // Each false alarm would halve them; a bias that is told of must, at least once.
+        Finding::error(format!("{name}, 1 if no radius shrank"), f64::from(least >= 1.0), 0.0),
+    ]
+}
+
+fn of_pixels(image: &mut Image<'_>, blur: &Blur) -> OfPixels {
+    let passes = image.replicate.samples;
+    let mut squares = [1.0; PLACES];
+    let mut errors = [0.0; PLACES];
+    let (mut mean, mut variance, share) = (0.0, 0.0, f64::from(passes).recip());
+    for _ in 0..passes {
+        for ((error, found), squared) in errors.iter_mut().zip(estimates(image)).zip(&squares) {
+            let expected = blur.at(*squared);
+            *error += share * (found - expected.mean);
+            mean += share * expected.mean / PLACES as f64;
+            variance += share * share * expected.variance / PLACES as f64;
+        }
+        let all = image.squares();
+        squares = ring().map(|pixel| all[pixel]);
+    }
+    let [error, square] = mean_and_square(errors);
+    [error, square, mean - truth(), variance, squares.iter().sum::<f64>() / PLACES as f64]
+}
+
+/// The squares of the radii over the first, before each pass and after the last, if each pass finds as many photons as are
+/// expected.
+fn expected_squares(constant: &Blur, alpha: f64, passes: u32) -> Vec<f64> {
+    let (mut squared, mut kept) = (1.0, 0.0);
+    let mut squares = vec![squared];
+    for _ in 0..passes {
+        // In units of a photon's power per area.
+        let found = constant.at(squared).mean * squared;
+        squared *= (kept + alpha * found) / (kept + found);
+        kept += alpha * found;
+        squares.push(squared);
+    }
+    squares
+}

@@ -1,0 +1,94 @@
+//! Images held against the references of their scenes.
+
+use std::{
+    path::{Path, PathBuf},
+    time::Instant,
+};
+
+use crate::{
+    comparison::{self, Comparison, ImageEstimate, Reference},
+    integrator::Overrides,
+    law::{Effort, SceneFile},
+    render::{Renderer, Replicate},
+    scene_file::xml,
+    stats::Outcome,
+    validation::evidence::{EvidenceError, Images, SceneEvidence},
+};
+
+/// By how much the image of a scene is falsified, to see that its verdict would notice.
+pub const SCALED: f64 = 1.005;
+
+/// Samples per pixel of a pass, and passes to begin with.
+const SAMPLES: u32 = 32;
+pub(super) const PASSES: u64 = 32;
+/// A scene that needs more is declared undecided.
+const MAX_PASSES: u64 = 256;
+/// The seed of all comparisons. It is fixed, so that a failure can be looked into.
+pub(super) const SEED: u64 = 20_261;
+
+/// Renders a scene and compares it with its reference.
+pub(super) fn compare_scene(scene: SceneFile, effort: Effort) -> Result<SceneEvidence, EvidenceError> {
+    let start = Instant::now();
+    let reference = Reference::load(&scene.reference)?;
+    reference.check_fresh(&scene.reference, &scene.path)?;
+    let renderer = Renderer::new(&xml::read(&scene.path, &[])?, &Overrides::default())?;
+    let first = Replicate { seed: SEED, number: 0, samples: SAMPLES };
+    let mut ours = ImageEstimate::of_replicates(&renderer, first, u64::from(effort.samples(1)).min(4) * PASSES);
+    let mut found = comparison::with_reference(&ours, &reference)?;
+    // How many samples a verdict needs follows from the scatter alone, not from the difference, so going on is fair.
+    if let Some(Outcome::Undecided { needed_factor: Some(factor) }) = found.verdict.as_ref().map(|v| v.outcome) {
+        let passes = ((1.1 * factor * PASSES as f64).ceil() as u64).min(MAX_PASSES);
+        ours = ImageEstimate::of_replicates(&renderer, first, passes);
+        found = comparison::with_reference(&ours, &reference)?;
+    }
+    let scaled = comparison::with_reference(&ours.scaled(SCALED), &reference)?;
+    let outcome = |comparison: &Comparison| comparison.verdict.as_ref().map(|verdict| verdict.outcome);
+    let by = &reference.provenance;
+    let spp = by.spp_per_batch * by.batches;
+    let image = format!("{}.exr", scene.stem());
+    Ok(SceneEvidence {
+        reference_by: format!("{} {} {}, {spp} spp", by.renderer, by.version, by.variant),
+        conclusion: found.conclusion(),
+        passed: outcome(&found) == Some(Outcome::Agrees) && outcome(&scaled) == Some(Outcome::Differs),
+        scaled: outcome(&scaled).expect("passes have scatter"),
+        seconds: start.elapsed().as_secs_f64(),
+        reproduce: vec![
+            verify_command(&scene.name, effort),
+            format!("etendue render {} -o {image} --spp {} --seed {SEED}", scene.path.display(), ours.spp.unwrap_or(0)),
+            format!("etendue compare {image} {}", scene.reference.display()),
+            by.command.clone(),
+        ],
+        images: Images { width: reference.width, ours: ours.pixels, reference: reference.pixels },
+        comparison: found,
+        name: scene.name,
+        scene: scene.path,
+        reference: scene.reference,
+    })
+}
+
+/// The scene files under a root, by name: those of assets/scenes and its figures, if there are any.
+pub(super) fn scene_files(root: &Path) -> Result<Vec<SceneFile>, EvidenceError> {
+    let folder = root.join("assets/scenes");
+    let mut paths = Vec::new();
+    let figures = folder.join("figures");
+    for folder in [Some(folder), figures.is_dir().then_some(figures)].into_iter().flatten() {
+        let fault = |error: std::io::Error| EvidenceError::Folder { folder: folder.clone(), what: error.to_string() };
+        for entry in std::fs::read_dir(&folder).map_err(fault)? {
+            paths.push(entry.map_err(fault)?.path());
+        }
+    }
+    paths.retain(|path| path.extension().is_some_and(|extension| extension == "xml"));
+    let scene = |path: PathBuf| {
+        let name = format!("reference/{}", path.file_stem().unwrap_or_default().to_string_lossy());
+        SceneFile { reference: root.join(&name), name, path }
+    };
+    let mut scenes: Vec<_> = paths.into_iter().map(scene).collect();
+    scenes.sort_by(|one, other| one.name.cmp(&other.name));
+    Ok(scenes)
+}
+
+/// The command that finds rows of a name again.
+pub(super) fn verify_command(name: &str, effort: Effort) -> String {
+    let full = if effort == Effort::Full { " --full" } else { "" };
+    format!("etendue verify --only '{name}'{full}")
+}
