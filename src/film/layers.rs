@@ -3,7 +3,10 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Crop;
-use crate::stats::ExactMoments;
+use crate::{
+    memory::{NoMemory, try_filled},
+    stats::ExactMoments,
+};
 
 /// A named group of channels of an image.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -62,6 +65,12 @@ impl Pixels {
         Self { width, moments, stride: channels }
     }
 
+    /// The same where memory may be short.
+    fn try_new(width: u32, height: u32, channels: usize) -> Result<Self, NoMemory> {
+        let count = (width as usize).saturating_mul(height as usize).saturating_mul(channels);
+        Ok(Self { width, moments: try_filled(ExactMoments::default(), count)?, stride: channels })
+    }
+
     /// Adds a sample to the pixel in column `x` and row `y` of the block: a finite value for each channel.
     pub fn push(&mut self, x: u32, y: u32, sample: &[f64]) {
         let start = self.start(x, y);
@@ -102,6 +111,15 @@ impl Film {
     pub fn new(crop: Crop, size: DVec2, layers: Vec<LayerSpec>) -> Self {
         let pixels = Pixels::new(crop.width, crop.height, sampled_channels(&layers));
         Self { crop, size, layers, pixels, has_variance: true, splats: Vec::new() }
+    }
+
+    /// The same where memory may be short.
+    ///
+    /// # Errors
+    /// If there is no room for its sums.
+    pub fn try_new(crop: Crop, size: DVec2, layers: Vec<LayerSpec>) -> Result<Self, NoMemory> {
+        let pixels = Pixels::try_new(crop.width, crop.height, sampled_channels(&layers))?;
+        Ok(Self { crop, size, layers, pixels, has_variance: true, splats: Vec::new() })
     }
 
     /// The same film without variances, for samples that are not independent.

@@ -6,7 +6,7 @@ use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use super::{Crop, Film, LayerSource, LayerSpec};
-use crate::stats::ExactMoments;
+use crate::{memory::NoMemory, stats::ExactMoments};
 
 /// All of a film but its sums: enough to read them from a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -24,10 +24,17 @@ pub struct Frame {
 impl Frame {
     /// A film without samples; None if the numbers are not those of a film.
     #[must_use]
-    pub fn film(&self) -> Option<Film> {
-        let is_one = self.crop.width > 0 && self.crop.height > 0 && self.layers.first() == Some(&LayerSpec::beauty());
-        let film = || Film::new(self.crop, DVec2::from(self.size), self.layers.clone());
-        is_one.then(|| if self.has_variance { film() } else { film().without_variance() })
+    pub fn is_possible(&self) -> bool {
+        self.crop.width > 0 && self.crop.height > 0 && self.layers.first() == Some(&LayerSpec::beauty())
+    }
+
+    /// The film without samples.
+    ///
+    /// # Errors
+    /// If there is no memory for it.
+    pub fn film(&self) -> Result<Film, NoMemory> {
+        let film = Film::try_new(self.crop, DVec2::from(self.size), self.layers.clone())?;
+        Ok(if self.has_variance { film } else { film.without_variance() })
     }
 
     /// The size of the sums of such a film in bytes, with or without splats; None if it exceeds 64 bits.

@@ -22,6 +22,7 @@ mod scenes;
 pub mod summary;
 
 pub(crate) use mark::Mark;
+#[cfg(feature = "study")]
 pub(crate) use page::{environment, now, style};
 
 use std::path::{Path, PathBuf};

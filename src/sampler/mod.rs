@@ -17,10 +17,7 @@ use glam::DVec2;
 
 use crate::{
     math::rng::Stream,
-    scene_file::{
-        Category, Described as _, Document, ObjectId, Param, ParamKind, Property, Range, SourceLocation, Value,
-        catalogue,
-    },
+    scene_file::{Category, Described as _, Document, ObjectId, Param, ParamKind, Property, Range, Value, catalogue},
 };
 
 /// The address of a path: its random numbers depend on nothing else.
@@ -87,8 +84,8 @@ const SAMPLE_COUNT: Param = Param::new("sample_count", ParamKind::Integer, "4", 
     max: 1e9,
     open: false,
 });
-/// Read as in Mitsuba; `--seed` goes before it.
-const SEED: Param = Param::new("seed", ParamKind::Integer, "0", "the seed, unless the command line gives one")
+/// Read as in Mitsuba. A seed that a render is given comes before it.
+const SEED: Param = Param::new("seed", ParamKind::Integer, "0", "the seed, unless a render is given another")
     .within(Range::NON_NEGATIVE);
 
 /// The interface of all samplers.
@@ -142,13 +139,11 @@ impl Sampler {
     pub fn replace(document: &mut Document, name: &str) {
         for sensor in sensors(document) {
             let own = document.child(sensor, Category::Sampler);
-            let option = format!("--sampler {name}");
-            let id = document.add_stand_in(own, Category::Sampler, name, Self::PLUGINS, &option);
+            let id = document.add_stand_in(own, Category::Sampler, name, Self::PLUGINS);
+            let place = document.object(id).place.clone();
             let properties = &mut document.objects[sensor.0].properties;
             properties.retain(|property| own.is_none_or(|own| property.value != Value::Object(own)));
-            let property =
-                Property { name: option.clone(), value: Value::Object(id), place: SourceLocation::argument(&option) };
-            properties.push(property);
+            properties.push(Property { name: "sampler".to_owned(), value: Value::Object(id), place });
         }
     }
 

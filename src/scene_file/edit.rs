@@ -1,6 +1,6 @@
 //! Changes of a document before it is read, and objects as text.
 
-use super::{Category, Document, Object, ObjectId, Plugin, Property, SourceLocation, Value};
+use super::{Category, Document, Object, ObjectId, Override, Plugin, Property, SourceLocation, Value};
 
 impl Document {
     /// The first child of a category that an object has.
@@ -21,7 +21,6 @@ impl Document {
         category: Category,
         name: &str,
         plugins: &[&Plugin],
-        option: &str,
     ) -> ObjectId {
         let known = plugins.iter().find(|plugin| plugin.name == name);
         let has = |param: &str| known.is_some_and(|plugin| plugin.params.iter().any(|p| p.name == param));
@@ -36,7 +35,7 @@ impl Document {
             category,
             plugin: name.to_owned(),
             id: None,
-            place: SourceLocation::argument(option),
+            place: SourceLocation::Override(Override::Plugin { category, name: name.to_owned() }),
             folder: self.object(self.root).folder.clone(),
             properties,
         });

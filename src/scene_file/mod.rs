@@ -8,14 +8,16 @@ mod catalogue;
 mod edit;
 mod error;
 mod mesh;
+mod number;
 mod params;
 mod plugin;
 mod transform;
 pub mod xml;
 
 pub(crate) use catalogue::catalogue;
-pub use error::{Diagnostic, SceneError, SourceLocation};
+pub use error::{Diagnostic, Override, SceneError, SourceLocation};
 pub use mesh::MeshArrays;
+pub use number::whole_number;
 pub use params::Params;
 pub use plugin::{DefaultValue, Described, FARTHEST, Param, ParamKind, Plugin, Range};
 pub use transform::Transform;

@@ -5,6 +5,7 @@
 mod bitmap;
 mod checkerboard;
 mod constant;
+mod picture_file;
 
 pub use bitmap::Bitmap;
 pub use checkerboard::Checkerboard;

@@ -16,6 +16,8 @@ mod interruptions;
 mod kit;
 mod layers;
 mod library;
+#[cfg(target_os = "linux")]
+mod memory;
 mod photons;
 mod semantics;
 mod solids;

@@ -35,7 +35,7 @@ impl Collector {
     /// Adds an object with all that stands in it. Messages call it by the label.
     fn object(&mut self, object: ObjectBuilder, label: &Arc<str>) -> ObjectId {
         let number = ObjectId(self.drafts.len());
-        let place = SourceLocation { object: Some(label.clone()), ..object.place };
+        let place = object.place.for_object(label);
         if let Some(id) = &object.id
             && let Err(fault) = self.ids.add(id, number, &place)
         {
@@ -47,7 +47,7 @@ impl Collector {
         let labels = labels(&object.entries, outer);
         let mut names = Names::default();
         for (entry, child) in object.entries.into_iter().zip(labels) {
-            let place = SourceLocation { object: Some(label.clone()), ..entry.place.clone() };
+            let place = entry.place.clone().for_object(label);
             match self.property(entry, child, &mut names, &place) {
                 Ok(property) => self.drafts[number.0].properties.push(property),
                 Err(fault) => self.faults.push(&place, fault),

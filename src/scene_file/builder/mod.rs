@@ -214,5 +214,5 @@ impl ObjectBuilder {
 #[track_caller]
 fn here() -> SourceLocation {
     let caller = Location::caller();
-    SourceLocation { file: caller.file().into(), line: caller.line(), column: caller.column(), object: None }
+    SourceLocation::Code { file: caller.file().into(), line: caller.line(), column: caller.column(), object: None }
 }

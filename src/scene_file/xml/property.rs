@@ -82,6 +82,7 @@ fn value(element: &Element<'_>) -> Result<Value, ParseFault> {
     let text = element.required("value");
     let value = match element.tag {
         "float" => values::float(text).map(Value::Float),
+        "integer" if element.is_substituted("value") => values::parameter_integer(text).map(Value::Integer),
         "integer" => values::integer(text).map(Value::Integer),
         "boolean" => values::boolean(text).map(Value::Boolean),
         "rgb" => values::rgb(text).map(Value::Rgb),
