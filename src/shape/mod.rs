@@ -147,7 +147,7 @@ pub trait ShapeModel {
         Some(ShapeSample { p: drawn.p, n: drawn.n, uv: drawn.uv, pdf })
     }
 
-    /// The density with which [`ShapeModel::sample_direction`] draws a point.
+    /// The density with which [`ShapeModel::sample_direction`] samples a point.
     fn pdf_direction(&self, from: DVec3, surface: &Surface) -> PerSolidAngle {
         as_seen(self.pdf_position(surface), from, surface.p, surface.n).unwrap_or(PerSolidAngle(0.0))
     }
@@ -188,28 +188,28 @@ pub trait ShapeModel {
     }
 }
 
-/// What an operand of a csg answers about the solid that it encloses.
+/// The interface of operands of a csg: the solids that shapes enclose.
 #[enum_dispatch]
 pub trait SolidModel: ShapeModel {
-    /// Makes sure that it can be an operand of a csg.
+    /// Checks that it can be an operand of a csg.
     ///
     /// # Errors
-    /// Why it encloses nothing.
+    /// The reason why it does not enclose a solid.
     fn check_solid(&self) -> Result<(), String> {
         Err("it is a surface that encloses nothing".into())
     }
 
-    /// Whether the solid that it encloses is convex, ends closed.
+    /// Whether the solid is convex. Open ends count as closed.
     fn is_convex(&self) -> bool {
         false
     }
 
-    /// Where a line enters and leaves the solid, if it is convex.
+    /// The span of a line within the solid, if the solid is convex.
     fn span(&self, _line: &Line) -> Option<Span> {
         unreachable!("only convex solids answer with a single span")
     }
 
-    /// Where a line enters and leaves the solid that it encloses.
+    /// All crossings of a line with the surface of the solid.
     fn cross(&self, line: &Line) -> Crossings {
         self.span(line).into_iter().flatten().collect()
     }

@@ -232,7 +232,7 @@ fn scenes_that_stay_black_say_why() {
     assert_eq!(warnings(&photons, &[BALL, glass, BULB], "--param max_depth=2"), [none]);
     let seen = warnings(r#"<integrator type="ptracer"/>"#, &[MIRROR, BULB], "");
     assert_eq!(seen.len(), 1);
-    assert!(seen[0].starts_with("every surface scatters into single directions"), "{seen:?}");
+    assert!(seen[0].starts_with("every surface is specular"), "{seen:?}");
 }
 
 #[test]

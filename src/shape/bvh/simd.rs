@@ -10,7 +10,7 @@ use super::{
 };
 use crate::math::Ray;
 
-/// [`Bvh::closest_block`] with the best kernel.
+/// `Bvh::closest_block` with the best kernel.
 #[inline]
 pub(super) fn closest(tree: &Tree, ray: &Ray, test: impl Test<u32>) -> Option<f64> {
     #[cfg(target_arch = "x86_64")]
@@ -20,7 +20,7 @@ pub(super) fn closest(tree: &Tree, ray: &Ray, test: impl Test<u32>) -> Option<f6
     traverse::closest(Portable, tree, ray, test)
 }
 
-/// [`Bvh::any_block`] with the best kernel.
+/// `Bvh::any_block` with the best kernel.
 #[inline]
 pub(super) fn any(tree: &Tree, ray: &Ray, test: impl Test<u32>) -> bool {
     #[cfg(target_arch = "x86_64")]

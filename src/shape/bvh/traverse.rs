@@ -204,7 +204,7 @@ fn pop(stack: &mut Stack<Visit>, limit: f32) -> Option<Child> {
     None
 }
 
-/// [`Bvh::closest_block`] with a kernel.
+/// `Bvh::closest_block` with a kernel.
 #[inline(always)]
 pub(super) fn closest<K: Kernel>(kernel: K, tree: &Tree, ray: &Ray, mut test: impl Test<u32>) -> Option<f64> {
     let mut ray = *ray;
@@ -231,7 +231,7 @@ pub(super) fn closest<K: Kernel>(kernel: K, tree: &Tree, ray: &Ray, mut test: im
     found
 }
 
-/// [`Bvh::any_block`] with a kernel.
+/// `Bvh::any_block` with a kernel.
 #[inline(always)]
 pub(super) fn any<K: Kernel>(kernel: K, tree: &Tree, ray: &Ray, mut test: impl Test<u32>) -> bool {
     let slabs = Slabs::new(ray, tree.magnitude);
