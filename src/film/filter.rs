@@ -3,7 +3,7 @@
 //! splatting's ratio bias; pixels share no samples, so they are independent and each has an honest variance.
 //! Ernst, Stamminger and Greiner 2006, "Filter Importance Sampling".
 
-use crate::scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, catalogue};
+use crate::scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, catalogue, manual};
 
 /// What a filter answers: its profile along one axis, in pixels; the filter is the product of two.
 pub trait FilterModel {
@@ -42,6 +42,7 @@ pub struct Box;
 impl Described for Box {
     const PLUGIN: Plugin = Plugin {
         category: Category::Filter,
+        manual: manual!("filter.rs": "Box"),
         name: "box",
         summary: "The mean over the pixel's square; right for comparisons.",
         params: &[],
@@ -73,6 +74,7 @@ pub struct Gaussian {
 impl Described for Gaussian {
     const PLUGIN: Plugin = Plugin {
         category: Category::Filter,
+        manual: manual!("filter.rs": "Gaussian"),
         name: "gaussian",
         summary: "A Gaussian bell of four standard deviations; the default.",
         params: &[
@@ -116,6 +118,7 @@ pub struct Tent {
 impl Described for Tent {
     const PLUGIN: Plugin = Plugin {
         category: Category::Filter,
+        manual: manual!("filter.rs": "Tent"),
         name: "tent",
         summary: "A triangle.",
         params: &[Param::new("radius", ParamKind::Float, "1", "where it ends, in pixels").within(Range::POSITIVE)],

@@ -4,7 +4,7 @@ use crate::{
     math::{PerSolidAngle, Ray, Rgb},
     sampler::{PathSampler, SampleStream as _},
     scene::Scene,
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     transport::{ShadingPoint, Shadows, power_heuristic},
 };
 
@@ -23,6 +23,7 @@ const COUNT: Range = Range { min: 0.0, max: 1e6, open: false };
 impl Described for Direct {
     const PLUGIN: Plugin = Plugin {
         category: Category::Integrator,
+        manual: manual!("direct.rs": "Direct"),
         name: "direct",
         summary: "Light that is scattered at most once.",
         params: &[

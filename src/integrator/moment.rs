@@ -4,7 +4,7 @@ use crate::{
     math::Rgb,
     sampler::PathSampler,
     scene::Scene,
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError, manual},
 };
 
 /// Renders another integrator's image and writes the mean of the squares of its samples as the layer `m2`. (Every
@@ -17,6 +17,7 @@ pub struct Moment {
 impl Described for Moment {
     const PLUGIN: Plugin = Plugin {
         category: Category::Integrator,
+        manual: manual!("moment.rs": "Moment"),
         name: "moment",
         summary: "Another integrator's image with the second moment of its samples.",
         params: &[Param::required(

@@ -8,7 +8,7 @@ use crate::{
     math::{PerSolidAngle, Ray, Rgb},
     sampler::{PathSampler, SampleStream as _},
     scene::{Scene, SurfaceInteraction},
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
     transport::{CameraPathClass, PathClass, PathLimits, ShadingPoint, Shadows, power_heuristic, survival},
 };
 
@@ -29,6 +29,7 @@ pub struct Path {
 impl Described for Path {
     const PLUGIN: Plugin = Plugin {
         category: Category::Integrator,
+        manual: manual!("path.rs": "Path"),
         name: "path",
         summary: "Path tracing with next event estimation and multiple importance sampling.",
         params: &[MAX_DEPTH, RR_DEPTH, HIDE_EMITTERS, TRANSPARENT_SHADOWS, PATH_CLASSES],

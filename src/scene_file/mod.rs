@@ -6,16 +6,22 @@
 mod catalogue;
 mod edit;
 mod error;
+mod manual;
+pub mod mitsuba;
 mod number;
+mod spelling;
 mod params;
 mod plugin;
 pub mod xml;
 
 pub(crate) use catalogue::catalogue;
 pub use error::{Diagnostic, Override, SceneError, SourceLocation};
+pub use manual::Manual;
+pub(crate) use manual::manual;
 pub use number::whole_number;
 pub use params::Params;
 pub use plugin::{DefaultValue, Described, FARTHEST, Param, ParamKind, Plugin, Range};
+pub use spelling::{closest, unknown_plugin};
 
 use std::{fmt, path::PathBuf, sync::Arc};
 

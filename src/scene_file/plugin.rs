@@ -1,4 +1,4 @@
-use super::{Category, Params, SceneError};
+use super::{Category, Manual, Params, SceneError};
 
 /// What a plugin is to its users: the manual page, the parameter table that its reader reads by, and the examples
 /// that the laws of its list run over.
@@ -6,6 +6,8 @@ use super::{Category, Params, SceneError};
 pub struct Plugin {
     /// The tag it goes with.
     pub category: Category,
+    /// The text of its manual page.
+    pub manual: Manual,
     /// The `type` attribute.
     pub name: &'static str,
     /// One sentence.

@@ -20,7 +20,7 @@ use crate::{
     photon::{EmittedPhotons, PhotonMapKind},
     sampler::PathSampler,
     scene::Scene,
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
     transport::PathClass,
 };
 
@@ -58,6 +58,7 @@ pub struct PhotonMapper {
 impl Described for PhotonMapper {
     const PLUGIN: Plugin = Plugin {
         category: Category::Integrator,
+        manual: manual!("mod.rs": "PhotonMapper"),
         name: "photonmapper",
         summary: "Photon mapping in two passes, with a map of its own for caustics.",
         params: PARAMS,

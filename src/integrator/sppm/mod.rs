@@ -18,7 +18,7 @@ use crate::{
     photon::radius::PixelRadius,
     sampler::PathSampler,
     scene::Scene,
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
     transport::PathClass,
 };
 
@@ -58,6 +58,7 @@ pub struct Sppm {
 impl Described for Sppm {
     const PLUGIN: Plugin = Plugin {
         category: Category::Integrator,
+        manual: manual!("mod.rs": "Sppm"),
         name: "sppm",
         summary: "Stochastic progressive photon mapping: photon maps that converge.",
         params: PARAMS,

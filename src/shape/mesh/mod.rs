@@ -23,7 +23,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::{Crossings, Hit, Line, ShapeModel, ShapeSample, Surface, bvh::Bvh};
 use crate::{
     math::{Aabb, Frame, PerArea, Ray, warp},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError, manual},
 };
 
 /// A way to give triangles in a scene.
@@ -79,6 +79,7 @@ fn from_file(
 impl Format for Ply {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("mod.rs": "Mesh", "Ply"),
         name: "ply",
         summary: "A mesh from a PLY file: ascii or binary, with normals and texture coordinates if it has them.",
         params: &[
@@ -102,6 +103,7 @@ impl Format for Ply {
 impl Format for Obj {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("mod.rs": "Mesh", "Obj"),
         name: "obj",
         summary: "A mesh from a Wavefront OBJ file.",
         params: &[
@@ -125,6 +127,7 @@ impl Format for Obj {
 impl Format for Kcply {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("mod.rs": "Mesh", "Kcply"),
         name: "kcply",
         summary: "A mesh from a kcply file: a text of vertices and triangles.",
         params: &[
@@ -152,6 +155,7 @@ impl Format for Kcply {
 impl Format for Triangle {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("mod.rs": "Mesh", "Triangle"),
         name: "triangle",
         summary: "One triangle, its front where its corners go anticlockwise; smooth if it has normals.",
         params: &[
