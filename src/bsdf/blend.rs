@@ -3,7 +3,7 @@ use glam::{DVec2, DVec3};
 use super::{Bsdf, BsdfModel, Lobe, Query, Sample};
 use crate::{
     math::{PerSolidAngle, Rgb},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     shape::Surface,
     texture::{Texture, TextureModel as _},
 };
@@ -21,6 +21,7 @@ pub struct Blend {
 impl Described for Blend {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
+        manual: manual!("blend.rs": "Blend"),
         name: "blendbsdf",
         summary: "A mixture of two bsdfs.",
         params: &[

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     math::{PerSolidAngle, Rgb},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, Value},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, Value, manual},
     texture::{Texture, TextureModel as _},
 };
 
@@ -68,6 +68,7 @@ pub struct Dielectric;
 impl Reflectance for Dielectric {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
+        manual: manual!("dielectric.rs": "Glass", "Dielectric"),
         name: "dielectric",
         summary: "A smooth interface between transparent media, after Fresnel's equations.",
         params: &[INT_IOR, EXT_IOR, SPECULAR_REFLECTANCE, SPECULAR_TRANSMITTANCE, ABSORPTION],
@@ -91,6 +92,7 @@ pub struct Schlick;
 impl Reflectance for Schlick {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
+        manual: manual!("dielectric.rs": "Glass", "Schlick"),
         name: "schlick",
         summary: "A dielectric after Schlick's approximation of Fresnel's equations.",
         params: &[

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use super::{BsdfModel, Lobe, Query, Sample};
 use crate::{
     math::{PerSolidAngle, Rgb, cos_theta, warp},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     texture::{Texture, TextureModel as _},
 };
 
@@ -26,6 +26,7 @@ impl Diffuse {
 impl Described for Diffuse {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
+        manual: manual!("diffuse.rs": "Diffuse"),
         name: "diffuse",
         summary: "Lambert's ideally diffuse surface; black on its back.",
         params: &[Param::new("reflectance", ParamKind::Texture, "0.5", "the share of light that is reflected")

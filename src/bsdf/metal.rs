@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use super::{BsdfModel, Lobe, Query, Sample, TransportMode, reflect};
 use crate::{
     math::{Frame, PerSolidAngle, Rgb, cos_theta, warp},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     texture::{Texture, TextureModel as _},
 };
 
@@ -32,6 +32,7 @@ const SMOOTHEST: f64 = 1e-7;
 impl Described for Metal {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
+        manual: manual!("metal.rs": "Metal"),
         name: "metal",
         summary: "A mirror whose directions are blurred by a ball; not reciprocal.",
         params: &[

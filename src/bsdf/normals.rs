@@ -3,7 +3,7 @@ use glam::{DVec2, DVec3};
 use super::{BsdfModel, Query, Sample};
 use crate::{
     math::{PerSolidAngle, Rgb},
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
     shape::Surface,
 };
 
@@ -15,6 +15,7 @@ pub struct Normals;
 impl Described for Normals {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
+        manual: manual!("normals.rs": "Normals"),
         name: "normals",
         summary: "Shows the shading normal as a colour; not physical.",
         params: &[],

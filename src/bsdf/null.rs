@@ -3,7 +3,7 @@ use glam::{DVec2, DVec3};
 use super::{BsdfModel, Lobe, Query, Sample};
 use crate::{
     math::{PerSolidAngle, Rgb},
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
 };
 
 /// A surface that is not there: paths go straight on. As in Mitsuba's `path`, it still stands in the way of a
@@ -14,6 +14,7 @@ pub struct Null;
 impl Described for Null {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
+        manual: manual!("null.rs": "Null"),
         name: "null",
         summary: "A surface that lets everything straight through.",
         params: &[],

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use super::{BsdfModel, Lobe, Query, Sample, reflect};
 use crate::{
     math::{Frame, PerSolidAngle, Rgb, cos_theta, warp},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     shape::Surface,
     texture::{Texture, TextureModel as _},
 };
@@ -27,6 +27,7 @@ pub struct Phong {
 impl Described for Phong {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
+        manual: manual!("phong.rs": "Phong"),
         name: "phong",
         summary: "The modified Phong model: diffuse, with a lobe around the mirror direction.",
         params: &[

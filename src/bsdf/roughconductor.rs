@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     math::{PerSolidAngle, Rgb, cos_theta},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     texture::{Texture, TextureModel as _},
 };
 
@@ -28,6 +28,7 @@ const ALPHA: Range = Range { min: 1e-4, max: 1e3, open: false };
 impl Described for RoughConductor {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
+        manual: manual!("roughconductor.rs": "RoughConductor"),
         name: "roughconductor",
         summary: "A rough metal of small mirrors.",
         params: &[

@@ -3,7 +3,7 @@ use glam::{DVec2, DVec3};
 use super::{Bsdf, BsdfModel, Query, Sample};
 use crate::{
     math::{PerSolidAngle, Rgb, cos_theta},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError, manual},
     shape::Surface,
 };
 
@@ -17,6 +17,7 @@ pub struct TwoSided {
 impl Described for TwoSided {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
+        manual: manual!("twosided.rs": "TwoSided"),
         name: "twosided",
         summary: "Makes the back of a surface look like its front, or like a second bsdf.",
         params: &[Param::required(

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use super::{Emission, EmissionTarget, EmitterModel, EmitterSample};
 use crate::{
     math::{Frame, PerSolidAngle, Ray, Rgb, warp},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     shape::{Shape, ShapeModel as _, Surface},
     texture::{Texture, TextureModel as _},
 };
@@ -19,6 +19,7 @@ pub struct Area {
 impl Described for Area {
     const PLUGIN: Plugin = Plugin {
         category: Category::Emitter,
+        manual: manual!("area.rs": "Area"),
         name: "area",
         summary: "Makes the shape it stands in a light, on the side of its normal.",
         params: &[Param::new("radiance", ParamKind::Texture, "1", "its radiance in W/(m² sr)").within(Range::LIGHT)],

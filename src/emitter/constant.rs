@@ -3,7 +3,7 @@ use glam::{DVec2, DVec3};
 use super::{Emission, EmissionTarget, EmitterModel, EmitterSample};
 use crate::{
     math::{PerSolidAngle, Ray, Rgb, warp},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     shape::{Shape, Surface},
 };
 
@@ -16,6 +16,7 @@ pub struct Constant {
 impl Described for Constant {
     const PLUGIN: Plugin = Plugin {
         category: Category::Emitter,
+        manual: manual!("constant.rs": "Constant"),
         name: "constant",
         summary: "A environment that is equally bright in all directions.",
         params: &[Param::new("radiance", ParamKind::Rgb, "1", "its radiance in W/(m² sr)").within(Range::LIGHT)],

@@ -3,7 +3,7 @@ use glam::{DVec2, DVec3};
 use super::{Emission, EmissionTarget, EmitterModel, EmitterSample};
 use crate::{
     math::{Ray, Rgb},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     shape::Shape,
 };
 
@@ -18,6 +18,7 @@ pub struct Directional {
 impl Described for Directional {
     const PLUGIN: Plugin = Plugin {
         category: Category::Emitter,
+        manual: manual!("directional.rs": "Directional"),
         name: "directional",
         summary: "Parallel light from infinitely far away.",
         params: &[

@@ -3,7 +3,7 @@ use glam::{DVec2, DVec3};
 use super::{Emission, EmissionTarget, EmitterModel, EmitterSample};
 use crate::{
     math::{PerSolidAngle, Ray, Rgb, warp},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     shape::Shape,
 };
 
@@ -17,6 +17,7 @@ pub struct Point {
 impl Described for Point {
     const PLUGIN: Plugin = Plugin {
         category: Category::Emitter,
+        manual: manual!("point.rs": "Point"),
         name: "point",
         summary: "A point that shines equally in all directions.",
         params: &[

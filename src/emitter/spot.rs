@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::{Emission, EmissionTarget, EmitterModel, EmitterSample};
 use crate::{
     math::{PerSolidAngle, Ray, Rgb, warp},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     shape::Shape,
 };
 
@@ -27,6 +27,7 @@ const ANGLE: Range = Range { min: 0.0, max: 180.0, open: true };
 impl Described for Spot {
     const PLUGIN: Plugin = Plugin {
         category: Category::Emitter,
+        manual: manual!("spot.rs": "Spot"),
         name: "spot",
         summary: "A point that shines in a cone, less towards its edge.",
         params: &[

@@ -5,7 +5,7 @@
 
 use enum_dispatch::enum_dispatch;
 
-use crate::scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, catalogue};
+use crate::scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, catalogue, manual};
 
 /// A separable reconstruction filter, given by its profile along one axis. Lengths are in pixels.
 #[enum_dispatch]
@@ -35,6 +35,7 @@ pub struct Box;
 impl Described for Box {
     const PLUGIN: Plugin = Plugin {
         category: Category::Filter,
+        manual: manual!("filter.rs": "Box"),
         name: "box",
         summary: "The mean over the pixel's square; right for comparisons.",
         params: &[],
@@ -66,6 +67,7 @@ pub struct Gaussian {
 impl Described for Gaussian {
     const PLUGIN: Plugin = Plugin {
         category: Category::Filter,
+        manual: manual!("filter.rs": "Gaussian"),
         name: "gaussian",
         summary: "A Gaussian bell of four standard deviations; the default.",
         params: &[
@@ -109,6 +111,7 @@ pub struct Tent {
 impl Described for Tent {
     const PLUGIN: Plugin = Plugin {
         category: Category::Filter,
+        manual: manual!("filter.rs": "Tent"),
         name: "tent",
         summary: "A triangle.",
         params: &[Param::new("radius", ParamKind::Float, "1", "where it ends, in pixels").within(Range::POSITIVE)],

@@ -17,7 +17,7 @@ use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
-use crate::scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, catalogue};
+use crate::scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, catalogue, manual};
 use filter::Profile;
 
 catalogue! {
@@ -59,6 +59,7 @@ const SIZE: Range = Range { min: 1.0, max: 1_000_000.0, open: false };
 impl Described for HdrFilm {
     const PLUGIN: Plugin = Plugin {
         category: Category::Film,
+        manual: manual!("mod.rs": "HdrFilm"),
         name: "hdrfilm",
         summary: "An image of high dynamic range.",
         params: &[

@@ -8,7 +8,7 @@ use crate::{
     photon::radius::PassCounts,
     sampler::PathSampler,
     scene::{Scene, SurfaceInteraction},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError, manual},
 };
 
 /// Layers that show what the first surface is like, beside the image of another integrator if there is one inside.
@@ -74,6 +74,7 @@ impl Quantity {
 impl Described for Aov {
     const PLUGIN: Plugin = Plugin {
         category: Category::Integrator,
+        manual: manual!("aov.rs": "Aov"),
         name: "aov",
         summary: "Layers of what the first surface is like, beside another integrator's image.",
         params: &[

@@ -6,7 +6,7 @@ use crate::{
     math::Rgb,
     sampler::PathSampler,
     scene::Scene,
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     transport::{CameraPath, SampleCounts, Shadows},
 };
 
@@ -25,6 +25,7 @@ const COUNT: Range = Range { min: 0.0, max: 1e6, open: false };
 impl Described for Direct {
     const PLUGIN: Plugin = Plugin {
         category: Category::Integrator,
+        manual: manual!("direct.rs": "Direct"),
         name: "direct",
         summary: "Light that is scattered at most once.",
         params: &[

@@ -11,7 +11,7 @@ use crate::{
     math::Rgb,
     sampler::PathSampler,
     scene::Scene,
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
     transport::{CameraPath, ClassRadiance, PathClass, PathLimits, SampleCounts, ShadingPoint, Shadows},
 };
 
@@ -32,6 +32,7 @@ pub struct Path {
 impl Described for Path {
     const PLUGIN: Plugin = Plugin {
         category: Category::Integrator,
+        manual: manual!("path.rs": "Path"),
         name: "path",
         summary: "Path tracing with next event estimation and multiple importance sampling.",
         params: &[MAX_DEPTH, RR_DEPTH, HIDE_EMITTERS, TRANSPARENT_SHADOWS, PATH_CLASSES],

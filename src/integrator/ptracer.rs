@@ -12,7 +12,7 @@ use crate::{
     math::{Ray, Rgb},
     sampler::{PathSampler, SampleStream as _},
     scene::Scene,
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
     sensor::SensorModel as _,
     transport::{CameraPath, LightVertex, PathLimits, shading_normal_correction, trace_light_path},
 };
@@ -31,6 +31,7 @@ pub struct ParticleTracer {
 impl Described for ParticleTracer {
     const PLUGIN: Plugin = Plugin {
         category: Category::Integrator,
+        manual: manual!("ptracer.rs": "ParticleTracer"),
         name: "ptracer",
         summary: "Light tracing: paths from the lights, connected with the sensor.",
         params: &[MAX_DEPTH, RR_DEPTH, HIDE_EMITTERS],

@@ -56,7 +56,10 @@ impl Renderer {
     pub fn new(document: &Document, overrides: &Overrides) -> Result<Self, SceneError> {
         let (scene, integrator) = match (Scene::build(document), Integrator::of_scene(document, overrides)) {
             (Ok(scene), Ok(integrator)) => (scene, integrator),
-            (Err(scene), Err(integrator)) => return Err(SceneError(scene.0.into_iter().chain(integrator.0).collect())),
+            (Err(scene), Err(integrator)) => {
+                let all = SceneError(scene.0.into_iter().chain(integrator.0).collect());
+                return Err(all.in_order(&document.files));
+            }
             (Err(error), _) | (_, Err(error)) => return Err(error),
         };
         integrator.check(&scene).map_err(|why| {

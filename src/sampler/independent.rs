@@ -1,7 +1,7 @@
 use super::{Address, Common, PathSampler, SAMPLE_COUNT, SEED, SamplerModel};
 use crate::{
     math::rng::Stream,
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
 };
 
 /// Independent uniform numbers from PCG.
@@ -19,6 +19,7 @@ impl Default for Independent {
 impl Described for Independent {
     const PLUGIN: Plugin = Plugin {
         category: Category::Sampler,
+        manual: manual!("independent.rs": "Independent"),
         name: "independent",
         summary: "Independent uniform sampler; the only sampler whose per-pixel variances are exact.",
         params: &[SAMPLE_COUNT, SEED],

@@ -3,7 +3,7 @@ use glam::DVec2;
 use super::{Address, Common, PathSampler, SAMPLE_COUNT, SEED, SampleStream, SamplerModel};
 use crate::{
     math::rng::{hash, permute},
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
 };
 
 /// Sobol points with Owen scrambling: pairs of dimensions are (0, 2)-nets in base 2, padded with an own scrambling
@@ -18,6 +18,7 @@ pub struct LowDiscrepancy {
 impl Described for LowDiscrepancy {
     const PLUGIN: Plugin = Plugin {
         category: Category::Sampler,
+        manual: manual!("low_discrepancy.rs": "LowDiscrepancy"),
         name: "ldsampler",
         summary: "Owen-scrambled Sobol points, padded by pairs of dimensions.",
         params: &[SAMPLE_COUNT, SEED],

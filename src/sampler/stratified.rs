@@ -3,7 +3,7 @@ use glam::DVec2;
 use super::{Address, Common, PathSampler, SAMPLE_COUNT, SEED, SampleStream, SamplerModel};
 use crate::{
     math::rng::{Stream, hash, permute},
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
 };
 
 /// One number in each of as many strata as there are samples, jittered, in an order that differs for every pixel and
@@ -17,6 +17,7 @@ pub struct Stratified {
 impl Described for Stratified {
     const PLUGIN: Plugin = Plugin {
         category: Category::Sampler,
+        manual: manual!("stratified.rs": "Stratified"),
         name: "stratified",
         summary: "Jittered strata, one sample in each.",
         params: &[SAMPLE_COUNT, SEED],

@@ -8,7 +8,7 @@ use crate::{
     emitter::{BoundingSphere, Emitter, EmitterModel as _},
     math::{Aabb, Rgb},
     scene_file::{
-        Category, Document, FARTHEST, ObjectId, Param, ParamKind, Params, Plugin, SceneError, SourceLocation,
+        Category, Document, FARTHEST, Manual, ObjectId, Param, ParamKind, Params, Plugin, SceneError, SourceLocation,
     },
     sensor::Sensor,
     shape::{Shape, ShapeModel as _, Shapes},
@@ -17,6 +17,7 @@ use crate::{
 /// What a scene element itself takes: hints for acceleration structures that are not ours.
 pub(crate) const SCENE: Plugin = Plugin {
     category: Category::Scene,
+    manual: Manual::NONE,
     name: "",
     summary: "The outermost element.",
     params: &[
@@ -58,7 +59,7 @@ impl Scene {
         builder.read_parts(&params);
         builder.keep(params.finish());
         if !builder.faults.is_empty() {
-            return Err(SceneError(builder.faults));
+            return Err(SceneError(builder.faults).in_order(&document.files));
         }
         builder.finish(sensor.expect("without a sensor there is a fault"))
     }

@@ -1,4 +1,4 @@
-use super::{Category, Params, SceneError};
+use super::{Category, Manual, Params, SceneError};
 
 /// The manual page of a plugin. Its table of parameters is also what its reader reads by, and the laws of its list run over
 /// its examples.
@@ -6,6 +6,8 @@ use super::{Category, Params, SceneError};
 pub struct Plugin {
     /// The category, which is its tag.
     pub category: Category,
+    /// The text of its manual page.
+    pub manual: Manual,
     /// The `type` attribute.
     pub name: &'static str,
     /// Its purpose in one sentence.

@@ -5,7 +5,7 @@ use super::{
 };
 use crate::{
     math::{Ray, warp},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
 };
 
 /// A camera with an ideal thin lens: points in the plane at `focus_distance` are sharp, others are discs.
@@ -19,6 +19,7 @@ pub struct ThinLens {
 impl Described for ThinLens {
     const PLUGIN: Plugin = Plugin {
         category: Category::Sensor,
+        manual: manual!("thinlens.rs": "ThinLens"),
         name: "thinlens",
         summary: "A camera with an ideal thin lens, for depth of field.",
         params: &[

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     math::{Aabb, Frame, Ray},
-    scene_file::{Category, Described, ObjectId, Param, ParamKind, Params, Plugin, SceneError},
+    scene_file::{Category, Described, ObjectId, Param, ParamKind, Params, Plugin, SceneError, manual},
 };
 
 /// Constructive solid geometry: the union or the intersection of solids, or the first one without all others.
@@ -44,6 +44,7 @@ struct Operand {
 impl Described for Csg {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("csg.rs": "Csg"),
         name: "csg",
         summary: "Union, intersection or difference of solids: spheres, ellipsoids, cubes, closed meshes, planes (half-spaces), \
                   quadrics (their ends closed) and other csgs.",

@@ -3,7 +3,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::{Crossing, Hit, Line, ShapeModel, ShapeSample, SolidModel, Span, Surface, affine::Affine};
 use crate::{
     math::{Aabb, Distribution1D, Draw, PerArea, Ray},
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
 };
 
 /// The cube from -1 to 1, under any affine map a parallelepiped. Face `2 axis + side` lies at `±1` on that axis, the
@@ -20,6 +20,7 @@ pub struct Cube {
 impl Described for Cube {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("cube.rs": "Cube"),
         name: "cube",
         summary: "The cube from -1 to 1 on every axis, normals outwards.",
         params: &[super::TO_WORLD, super::FLIP_NORMALS],

@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::{Hit, ShapeModel, ShapeSample, SolidModel, Surface, affine::Affine};
 use crate::{
     math::{Aabb, PerArea, Ray, warp},
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
 };
 
 /// The unit disc in the plane `z = 0` with normal +z, under any affine map an ellipse.
@@ -20,6 +20,7 @@ pub struct Disk {
 impl Described for Disk {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("disk.rs": "Disk"),
         name: "disk",
         summary: "The unit disc in the plane z = 0, with normal +z.",
         params: &[super::TO_WORLD, super::FLIP_NORMALS],

@@ -3,7 +3,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::{Crossing, Hit, Line, ShapeModel, SolidModel, Span, Surface, affine::Affine};
 use crate::{
     math::{Aabb, Ray},
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
 };
 
 /// The infinite plane `z = 0` with normal +z, and as an operand of a csg the half-space below it. Texture coordinates are
@@ -17,6 +17,7 @@ pub struct Plane {
 impl Described for Plane {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("plane.rs": "Plane"),
         name: "plane",
         summary: "The infinite plane z = 0, with normal +z; in a csg, the half-space below it.",
         params: &[super::TO_WORLD, super::FLIP_NORMALS],

@@ -3,7 +3,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::{Hit, ShapeModel, ShapeSample, SolidModel, Surface, affine::Affine};
 use crate::{
     math::{Aabb, PerArea, Ray},
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
 };
 
 /// The square `|x|, |y| <= 1` in the plane `z = 0` with normal +z, under any affine map a parallelogram.
@@ -18,6 +18,7 @@ pub struct Rectangle {
 impl Described for Rectangle {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("rectangle.rs": "Rectangle"),
         name: "rectangle",
         summary: "The square from -1 to 1 in x and y, with normal +z.",
         params: &[super::TO_WORLD, super::FLIP_NORMALS],

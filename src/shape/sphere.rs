@@ -9,7 +9,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::{Crossing, Hit, Line, ShapeModel, ShapeSample, SolidModel, Span, Surface, affine::Affine};
 use crate::{
     math::{Aabb, Frame, PerArea, PerSolidAngle, Ray, warp},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
 };
 
 /// A sphere, or after a transform that is not a similarity, the ellipsoid that it becomes. (Mitsuba warns there and
@@ -52,6 +52,7 @@ impl EllipsoidKind for Sphere {
 
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("sphere.rs": "EllipsoidShape", "Sphere"),
         name: "sphere",
         summary: "A sphere; an exact ellipsoid under any other affine map.",
         params: &[
@@ -89,6 +90,7 @@ impl EllipsoidKind for Ellipsoid {
 
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("sphere.rs": "EllipsoidShape", "Ellipsoid"),
         name: "ellipsoid",
         summary: "An ellipsoid whose axes are those of its space.",
         params: &[

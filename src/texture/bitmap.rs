@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec2};
 use super::{TextureModel, picture_file};
 use crate::{
     math::Rgb,
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError, manual},
 };
 
 /// A picture on a surface. Its first row lies at `v = 0`. Pictures of 8 or 16 bits a channel are taken to be sRGB and
@@ -30,6 +30,7 @@ enum Wrap {
 impl Described for Bitmap {
     const PLUGIN: Plugin = Plugin {
         category: Category::Texture,
+        manual: manual!("bitmap.rs": "Bitmap"),
         name: "bitmap",
         summary: "A picture from a PNG, JPEG or EXR file.",
         params: &[

@@ -3,7 +3,7 @@ use glam::{DAffine3, DVec2};
 use super::TextureModel;
 use crate::{
     math::Rgb,
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError, manual},
 };
 
 /// Two colours in a pattern of squares, four to a unit of `uv`: `color0` where both coordinates lie in the same half
@@ -17,6 +17,7 @@ pub struct Checkerboard {
 impl Described for Checkerboard {
     const PLUGIN: Plugin = Plugin {
         category: Category::Texture,
+        manual: manual!("checkerboard.rs": "Checkerboard"),
         name: "checkerboard",
         summary: "Two colours in squares.",
         params: &[

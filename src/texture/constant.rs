@@ -3,7 +3,7 @@ use glam::DVec2;
 use super::TextureModel;
 use crate::{
     math::Rgb,
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError, manual},
 };
 
 /// One colour everywhere, written as a texture.
@@ -16,6 +16,7 @@ pub struct Constant {
 impl Described for Constant {
     const PLUGIN: Plugin = Plugin {
         category: Category::Texture,
+        manual: manual!("constant.rs": "Constant"),
         name: "rawconstant",
         summary: "One colour everywhere.",
         params: &[Param::required("value", ParamKind::Rgb, "the colour, linear RGB")],

@@ -206,16 +206,43 @@ fn parameters_that_are_wrong() {
     };
     let radiance = |emitter: &str| kit::ball().replace(SKY, emitter);
     check_all(vec![
+        ("plugin", shapes("<shape type=\"spere\"/>", &["no shape is called \"spere\"; did you mean \"sphere\"?"])),
         (
-            "plugin",
+            "no plugin that is known",
             shapes(
-                "<shape type=\"spere\"/>",
-                &["no shape is called \"spere\"; known: sphere, ellipsoid, rectangle, cube"],
+                "<shape type=\"torus\"/>",
+                &["no shape is called \"torus\"; known: sphere, ellipsoid, rectangle, cube"],
+            ),
+        ),
+        (
+            "a plugin of Mitsuba",
+            shapes(
+                "<bsdf type=\"principled\"/>",
+                &["no bsdf is called \"principled\" here; Mitsuba 3.9 has it, étendue does not yet"],
+            ),
+        ),
+        (
+            "a plugin of Mitsuba that is out of scope",
+            shapes(
+                "<bsdf type=\"retarder\"/>",
+                &[
+                    "no bsdf is called \"retarder\" here; Mitsuba 3.9 has it; it is out of étendue's scope (polarisation)",
+                ],
+            ),
+        ),
+        (
+            "a word",
+            scene(
+                kit::ball().replace(
+                    INTEGRATOR,
+                    r#"<integrator type="sppm"><string name="kernel" value="cones"/></integrator>"#,
+                ),
+                &["\"kernel\" cannot be \"cones\"; did you mean \"cone\"?"],
             ),
         ),
         (
             "parameter",
-            shapes(&float("radiu", "1"), &["a shape \"sphere\" has no parameter \"radiu\"; known: center, radius"]),
+            shapes(&float("radiu", "1"), &["a shape \"sphere\" has no parameter \"radiu\"; did you mean \"radius\"?"]),
         ),
         (
             "type",
@@ -372,9 +399,15 @@ fn options_that_are_wrong() {
         ("twice", options("-D a=1 -D a=2", &["parameter $a is defined twice; give it one value"])),
         (
             "integrator",
+            options("--integrator pat", &["--integrator pat: no integrator is called \"pat\"; did you mean \"path\"?"]),
+        ),
+        (
+            "parameter of an integrator",
             options(
-                "--integrator pat",
-                &["--integrator pat: no integrator is called \"pat\"; known: path, ptracer, photonmapper, sppm"],
+                "--integrator sppm --param phton_count=1",
+                &[
+                    "--param phton_count=1: an integrator \"sppm\" has no parameter \"phton_count\"; did you mean \"photon_count\"?",
+                ],
             ),
         ),
         (
@@ -385,7 +418,9 @@ fn options_that_are_wrong() {
             "parameter",
             options(
                 "--param max_dept=3",
-                &["--param max_dept=3: an integrator \"path\" has no parameter \"max_dept\"; known: max_depth"],
+                &[
+                    "--param max_dept=3: an integrator \"path\" has no parameter \"max_dept\"; did you mean \"max_depth\"?",
+                ],
             ),
         ),
         (
@@ -461,10 +496,42 @@ fn places_point_at_the_fault() {
     let places: Vec<_> = said.err.lines().map(|line| line.split(": ").next().unwrap()).collect();
     assert_eq!(
         places,
-        ["a/../a/b.xml:1:1", "a/../a/b.xml:2:3", "a/../a/b.xml:3:22", "a/../a/b.xml:1:1"],
+        ["a/../a/b.xml:1:1", "a/../a/b.xml:1:1", "a/../a/b.xml:2:3", "a/../a/b.xml:3:22"],
         "{}",
         said.err
     );
+}
+
+#[test]
+fn faults_come_in_the_order_of_their_lines() {
+    let folder = Folder::new();
+    let part = "<scene version=\"3.0.0\">\n<shape type=\"cub\"/>\n<emitter type=\"pint\"/>\n</scene>";
+    folder.write("part.xml", part);
+    let sensor = SENSOR.replace("\n", "").replace("\"width\"", "\"widht\"");
+    let parts = [
+        "<emitter type=\"sunny\"/>",
+        "<include filename=\"part.xml\"/>",
+        "<bsdf type=\"difuse\"/>",
+        "<shape type=\"spere\"/>",
+        &sensor,
+        "<integrator type=\"pth\"/>",
+        "<texture type=\"bitmab\"/>",
+    ];
+    folder.write("scene.xml", kit::scene_of(&parts));
+    let places = || {
+        let said = run(&mut folder.etendue("render scene.xml -o image.exr"));
+        let place = |line: &str| line.split(':').take(2).collect::<Vec<_>>().join(":");
+        said.err.lines().map(place).collect::<Vec<_>>()
+    };
+    let own = [2, 4, 5, 6, 7, 8].map(|line| format!("scene.xml:{line}"));
+    let included = [2, 3].map(|line| format!("part.xml:{line}"));
+    let included = included.map(|place| places().into_iter().find(|found| found.ends_with(&place)).unwrap());
+    assert_eq!(places(), [&own[..], &included[..]].concat());
+    // What the reader of the file itself finds, references among it.
+    let parts = ["<ref id=\"a\"/>", "<float name=\"f\" value=\"x\"/>", "<ref id=\"b\"/>", "<bsdf/>"];
+    folder.write("scene.xml", kit::scene_of(&parts));
+    let lines = places();
+    assert!(lines.len() > 1 && lines.is_sorted(), "{lines:?}");
 }
 
 #[test]

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use super::{BsdfModel, Lobe, Query, Sample, fresnel, reflect};
 use crate::{
     math::{PerSolidAngle, Rgb, cos_theta},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     texture::{Texture, TextureModel as _},
 };
 
@@ -77,6 +77,7 @@ impl ComplexIndex {
 impl Described for Conductor {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
+        manual: manual!("mod.rs": "Conductor"),
         name: "conductor",
         summary: "A smooth metal, after Fresnel's equations for a complex index.",
         params: &[MATERIAL, ETA, K, SPECULAR_REFLECTANCE],

@@ -13,7 +13,7 @@ use crate::{
     film::LayerSpec,
     photon::{EmittedPhotons, PhotonMapKind},
     scene::Scene,
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
     transport::PathClass,
 };
 
@@ -49,6 +49,7 @@ pub struct PhotonMapper {
 impl Described for PhotonMapper {
     const PLUGIN: Plugin = Plugin {
         category: Category::Integrator,
+        manual: manual!("mod.rs": "PhotonMapper"),
         name: "photonmapper",
         summary: "Photon mapping in two passes, with a map of its own for caustics.",
         params: PARAMS,

@@ -12,7 +12,7 @@ use super::{Estimator, IntegratorModel, IntegratorState, Iteration, IterationPla
 use crate::{
     film::LayerSpec,
     scene::Scene,
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
     transport::PathClass,
 };
 
@@ -48,6 +48,7 @@ pub struct Sppm {
 impl Described for Sppm {
     const PLUGIN: Plugin = Plugin {
         category: Category::Integrator,
+        manual: manual!("mod.rs": "Sppm"),
         name: "sppm",
         summary: "Stochastic progressive photon mapping: photon maps that converge.",
         params: PARAMS,

@@ -23,7 +23,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::{Crossings, Hit, Line, ShapeModel, ShapeSample, SolidModel, Surface, bvh::Bvh};
 use crate::{
     math::{Aabb, Distribution1D, Draw, Frame, PerArea, Ray, warp},
-    scene_file::{Category, Described, MeshArrays, Param, ParamKind, Params, Plugin, SceneError},
+    scene_file::{Category, Described, MeshArrays, Param, ParamKind, Params, Plugin, SceneError, manual},
 };
 
 /// A way to give triangles in a scene.
@@ -83,6 +83,7 @@ fn from_file(
 impl Format for Ply {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("mod.rs": "Mesh", "Ply"),
         name: "ply",
         summary: "A mesh from a PLY file: ascii or binary, with normals and texture coordinates if it has them.",
         params: &[
@@ -106,6 +107,7 @@ impl Format for Ply {
 impl Format for Obj {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("mod.rs": "Mesh", "Obj"),
         name: "obj",
         summary: "A mesh from a Wavefront OBJ file.",
         params: &[
@@ -129,6 +131,7 @@ impl Format for Obj {
 impl Format for Kcply {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("mod.rs": "Mesh", "Kcply"),
         name: "kcply",
         summary: "A mesh from a kcply file: a text of vertices and triangles.",
         params: &[
@@ -158,6 +161,7 @@ impl Format for Arrays {
         category: Category::Shape,
         name: "mesh",
         summary: "A mesh from arrays, in a scene that is built in code; a scene file names a ply, obj or kcply file instead.",
+        manual: manual!("mod.rs": "Mesh", "Arrays"),
         params: &[
             Param::required("arrays", ParamKind::Mesh, "vertices and triangles, which only code can give"),
             FACE_NORMALS,
@@ -179,6 +183,7 @@ impl Format for Arrays {
 impl Format for Triangle {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("mod.rs": "Mesh", "Triangle"),
         name: "triangle",
         summary: "One triangle, its front where its corners go anticlockwise; smooth if it has normals.",
         params: &[

@@ -3,7 +3,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::{Canonical, QuadraticForm, QuadricKind};
 use crate::{
     math::{Aabb, PerArea},
-    scene_file::{Category, Param, ParamKind, Params, Plugin, SceneError},
+    scene_file::{Category, Param, ParamKind, Params, Plugin, SceneError, manual},
 };
 
 /// Any quadric, `A x² + B y² + C z² + D xy + E xz + F yz + G x + H y + I z + J = 0`, as far as it lies in a box.
@@ -19,6 +19,7 @@ const HOW: &str =
 impl QuadricKind for General {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("general.rs": "General"),
         name: "quadric",
         summary: "The part of any quadric that lies in a box.",
         params: &[

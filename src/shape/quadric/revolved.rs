@@ -7,7 +7,7 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 use super::{Canonical, QuadraticForm, QuadricKind};
 use crate::{
     math::{Aabb, Frame, PerArea},
-    scene_file::{Category, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     shape::{FLIP_NORMALS, TO_WORLD},
 };
 
@@ -126,6 +126,7 @@ const RADIUS: Param = Param::new("radius", ParamKind::Float, "1", "the radius").
 impl Cylinder {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("revolved.rs": "Cylinder"),
         name: "cylinder",
         summary: "The mantle of a cylinder between two points, without caps.",
         params: &[
@@ -163,6 +164,7 @@ fn scaling(radius: f64, height: f64) -> DAffine3 {
 impl Cone {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("revolved.rs": "Cone"),
         name: "cone",
         summary: "The mantle of a cone from its base at z = 0 up to its apex, without the base.",
         params: &[
@@ -188,6 +190,7 @@ impl Cone {
 impl Paraboloid {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("revolved.rs": "Paraboloid"),
         name: "paraboloid",
         summary: "A bowl from its vertex at the origin up to its rim.",
         params: &[
@@ -213,6 +216,7 @@ impl Paraboloid {
 impl Hyperboloid {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("revolved.rs": "Hyperboloid"),
         name: "hyperboloid",
         summary: "A hyperboloid of one sheet or two between two heights.",
         params: &[
