@@ -4,6 +4,7 @@
 //! [`xml`] makes a [`Document`] from text. Nothing in here knows a shape from a light.
 
 mod catalogue;
+mod described;
 mod edit;
 mod error;
 mod params;
@@ -11,9 +12,10 @@ mod plugin;
 pub mod xml;
 
 pub(crate) use catalogue::catalogue;
+pub use described::Described;
 pub use error::{Diagnostic, SceneError, SourceLocation};
 pub use params::Params;
-pub use plugin::{DefaultValue, Described, FARTHEST, Param, ParamKind, Plugin, Range};
+pub use plugin::{DefaultValue, FARTHEST, Param, ParamKind, Plugin, Range};
 
 use std::{fmt, path::PathBuf, sync::Arc};
 

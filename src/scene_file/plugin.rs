@@ -1,4 +1,4 @@
-use super::{Category, Params, SceneError};
+use super::Category;
 
 /// What a plugin is to its users: the manual page, the parameter table that its reader reads by, and the examples
 /// that the laws of its list run over.
@@ -16,18 +16,6 @@ pub struct Plugin {
     pub examples: &'static [&'static str],
     /// Names of rows of `etendue verify` that speak for it, beyond the laws of its list.
     pub evidence: &'static [&'static str],
-}
-
-/// What every member of every list has: its manual page and its reader.
-pub trait Described: Sized {
-    /// The manual page.
-    const PLUGIN: Plugin;
-
-    /// Reads the parameters.
-    ///
-    /// # Errors
-    /// If one is wrong.
-    fn read(params: &Params<'_>) -> Result<Self, SceneError>;
 }
 
 /// One parameter of a plugin.

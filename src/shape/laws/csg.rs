@@ -5,12 +5,15 @@ use std::f64::consts::{PI, TAU};
 use glam::{DAffine3, DVec2, DVec3};
 use sobol_burley::sample;
 
-use super::subjects::{octahedron, revolved_area};
+use super::{
+    mesh::kcply,
+    subjects::{octahedron, revolved_area},
+};
 use crate::{
     law::{Check, Effort, Finding, Law, worst},
     math::{Frame, Ray, rng::Stream, warp},
     scene_file::xml,
-    shape::{Hit, Line, Shape, ShapeModel as _, SolidModel as _, mesh},
+    shape::{Hit, Line, Shape, ShapeModel as _, SolidModel as _},
     stats::Moments,
 };
 
@@ -171,7 +174,7 @@ fn saddle_area() -> f64 {
 fn meshes() -> Vec<Solid> {
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
     let path = folder.path().join("octahedron.kcply");
-    std::fs::write(&path, mesh::laws::kcply(&octahedron(), 0)).expect("a temporary folder can be written to");
+    std::fs::write(&path, kcply(&octahedron(), 0)).expect("a temporary folder can be written to");
     let element = format!(r#"<shape type="kcply"><string name="filename" value="{}"/></shape>"#, path.display());
     let faces = 4.0 * 3.0_f64.sqrt();
     let pit = csg("difference", &[&ball(DVec3::ZERO, 1.0), &element]);
@@ -464,7 +467,7 @@ mod tests {
     fn lines_through_the_edges_of_a_mesh_are_entered_and_left_in_turn() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = folder.path().join("octahedron.kcply");
-        std::fs::write(&path, mesh::laws::kcply(&octahedron(), 1)).expect("it can be written to");
+        std::fs::write(&path, kcply(&octahedron(), 1)).expect("it can be written to");
         let element = format!(r#"<shape type="kcply"><string name="filename" value="{}"/></shape>"#, path.display());
         let solid = shape(&csg("union", &[&element]));
         let grid = || (-4..=4).map(|i| f64::from(i) * 0.25);

@@ -5,9 +5,8 @@
 //! volumes and moments without any of the shapes' own sampling.
 
 pub mod csg;
+pub mod mesh;
 mod subjects;
-
-pub(super) use subjects::{octahedron, torus};
 
 use std::f64::consts::{PI, TAU};
 

@@ -281,7 +281,7 @@ fn meshes() -> Vec<Subject> {
     ]
 }
 
-pub(in crate::shape) fn octahedron() -> MeshData {
+pub(super) fn octahedron() -> MeshData {
     let corners =
         [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]];
     let upper = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4]];
@@ -291,7 +291,7 @@ pub(in crate::shape) fn octahedron() -> MeshData {
 }
 
 /// A closed tube with texture coordinates, without normals.
-pub(in crate::shape) fn torus() -> MeshData {
+pub(super) fn torus() -> MeshData {
     const N: (u32, u32) = (24, 12);
     let at = |k: u32| {
         let (u, v) = (TAU * f64::from(k / N.1) / f64::from(N.0), TAU * f64::from(k % N.1) / f64::from(N.1));

@@ -2,7 +2,6 @@
 
 mod data;
 mod kcply;
-pub mod laws;
 mod normals;
 mod obj;
 mod ply;

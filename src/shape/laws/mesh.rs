@@ -4,12 +4,15 @@ use std::{fmt::Write as _, path::Path};
 
 use glam::{DAffine3, DVec3};
 
-use super::{Mesh, MeshData, Ply};
+use super::subjects::{octahedron, torus};
 use crate::{
     law::{Check, Effort, Finding, Law, worst},
     math::{Ray, rng::Stream, warp},
     scene_file::xml,
-    shape::{Shape, ShapeModel, Surface, laws},
+    shape::{
+        Shape, ShapeModel, Surface,
+        mesh::{Mesh, MeshData, Ply},
+    },
 };
 
 /// The laws of meshes.
@@ -45,7 +48,7 @@ pub const LAWS: &[Law] = &[
 
 /// A torus with normals and texture coordinates; every vertex is named by a face, in order.
 fn given() -> MeshData {
-    let data = laws::torus();
+    let data = torus();
     let normals = data.positions.iter().map(|p| p.map(|x| 2.0 * x + 0.1)).collect();
     MeshData { normals: Some(normals), ..data }
 }
@@ -118,7 +121,7 @@ fn ply_header(data: &MeshData, encoding: &str) -> String {
 }
 
 /// Vertices numbered from a base.
-pub(in crate::shape) fn kcply(data: &MeshData, base: u32) -> String {
+pub(super) fn kcply(data: &MeshData, base: u32) -> String {
     let mut text = format!("kcply\nelement vertex {}\nelement face {}\n", data.positions.len(), data.triangles.len());
     for [x, y, z] in &data.positions {
         writeln!(text, "{x} {y} {z}").expect("memory takes every text");
@@ -163,7 +166,7 @@ fn obj(data: &MeshData) -> String {
 fn shading_normals(effort: Effort) -> Vec<Finding> {
     let map =
         DAffine3::from_scale(DVec3::new(1.5, 0.7, 0.4)) * DAffine3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.7);
-    let plain = laws::octahedron();
+    let plain = octahedron();
     // Of unequal lengths, in front of each vertex.
     let normals = plain.positions.iter().enumerate().map(|(i, p)| p.map(|x| x * (0.5 + i as f32))).collect();
     let with_normals = MeshData { normals: Some(normals), ..plain.clone() };
@@ -191,7 +194,7 @@ fn shading_normals(effort: Effort) -> Vec<Finding> {
 
 fn vertex_normals(effort: Effort) -> Vec<Finding> {
     let map = DAffine3::from_scale(DVec3::new(1.5, 0.7, 0.4));
-    let data = laws::octahedron();
+    let data = octahedron();
     let mesh = Mesh::<Ply>::new(data.clone(), &map, false);
     let corner = |v: u32| map.transform_point3(DVec3::from_array(data.positions[v as usize].map(f64::from)));
     let normal_at = |v: u32| {
