@@ -1,7 +1,7 @@
-//! The geometry and the numbers that everything else stands on: rays, boxes, frames, warps and random streams.
+//! Geometry and numerics that all other modules use: rays, boxes, frames, warps, roots and random streams.
 //!
-//! All arithmetic is `f64`. A ray that meets a sphere from a hundred radii away misses its surface by about `4e-14`
-//! radii in `f64`; in `f32` it would be `2e-5`, which no quadric or slope fit can carry.
+//! All arithmetic is `f64`. The hit of a ray that starts a hundred radii from a sphere is off its surface by about
+//! `4e-14` radii in `f64`. In `f32` the error is `2e-5` radii, which is too much for quadrics and for slope fits.
 
 mod aabb;
 mod distribution;
@@ -18,10 +18,10 @@ pub use frame::{Frame, cos_theta};
 pub use measure::{PerArea, PerSolidAngle};
 pub use ray::Ray;
 
-/// Linear Rec. 709 / sRGB radiometric values (radiance, throughput, reflectance), one per channel.
+/// A radiometric value (radiance, throughput, reflectance) per channel of linear Rec. 709 / sRGB.
 pub type Rgb = glam::DVec3;
 
-/// Rec. 709 luminance of linear RGB.
+/// The Rec. 709 luminance of linear RGB.
 #[must_use]
 pub fn luminance(rgb: Rgb) -> f64 {
     rgb.dot(Rgb::new(0.212_671, 0.715_160, 0.072_169))

@@ -1,9 +1,10 @@
 //! Real roots of polynomials.
 
-/// The real roots of `a x² + b x + c`, the lesser first; a double root twice, a line's root twice.
+/// The real roots of `a x² + b x + c` in ascending order, or `None`. A double root is returned twice, as is the root of a
+/// linear polynomial (`a = 0`).
 ///
-/// The half with cancellation is had from the product of the roots, so that both are good to a few ulp.
-/// Press et al. 2007, *Numerical Recipes*, section 5.6.
+/// The root that would suffer from cancellation is computed from the product of the roots, so that both are accurate to
+/// a few ulp. Press et al. 2007, *Numerical Recipes*, section 5.6.
 #[must_use]
 pub fn quadratic(a: f64, b: f64, c: f64) -> Option<[f64; 2]> {
     if a == 0.0 {
@@ -14,13 +15,7 @@ pub fn quadratic(a: f64, b: f64, c: f64) -> Option<[f64; 2]> {
     if discriminant < 0.0 {
         return None;
     }
-    from_root(a, b, c, discriminant.sqrt())
-}
-
-/// The roots once the root of the discriminant is known, for callers that know it better than `b² - 4ac`.
-#[must_use]
-pub fn from_root(a: f64, b: f64, c: f64, root: f64) -> Option<[f64; 2]> {
-    let q = -0.5 * (b + root.copysign(b));
+    let q = -0.5 * (b + discriminant.sqrt().copysign(b));
     let (x, y) = if q == 0.0 { (0.0, 0.0) } else { (q / a, c / q) };
     Some(if x <= y { [x, y] } else { [y, x] })
 }

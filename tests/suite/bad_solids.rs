@@ -33,7 +33,7 @@ fn open_meshes_are_no_solids() {
             "an open teapot as an operand",
             shapes(
                 &csg(&format!("<shape type=\"sphere\"/>{KCPLY}")),
-                &["this shape is no operand of a csg: the mesh is open: 96"],
+                &["this shape cannot be an operand of a csg: the mesh is open: 96"],
             )
             .with("m.kcply", teapot()),
         ),
@@ -53,25 +53,25 @@ fn glass_on_an_open_mesh_can_be_meant() {
 fn operands_that_are_no_solids() {
     let lamp = r#"<emitter type="area"/>"#;
     check_all(vec![
-        ("nothing", shapes(&csg(""), &["a shape \"csg\" has no operand; put the shapes inside it"])),
+        ("nothing", shapes(&csg(""), &["a shape \"csg\" has no operands; put the operands inside it"])),
         (
             "a rectangle",
-            shapes(
-                &csg(r#"<shape type="rectangle"/>"#),
-                &["no operand of a csg: it is a surface that encloses nothing"],
-            ),
+            shapes(&csg(r#"<shape type="rectangle"/>"#), &["cannot be an operand of a csg: it is an open surface"]),
         ),
         (
             "a triangle",
             shapes(
                 &csg(r#"<shape type="triangle"><point name="p0" value="0"/><point name="p1" x="1" y="0" z="0"/>
             <point name="p2" x="0" y="1" z="0"/></shape>"#),
-                &["no operand of a csg: the mesh is open: 3 edges"],
+                &["cannot be an operand of a csg: the mesh is open: 3 edges"],
             ),
         ),
         (
             "a lamp",
-            shapes(&csg(&format!(r#"<shape type="sphere">{lamp}</shape>"#)), &["an operand of a csg cannot shine"]),
+            shapes(
+                &csg(&format!(r#"<shape type="sphere">{lamp}</shape>"#)),
+                &["an operand of a csg cannot be an area light"],
+            ),
         ),
         (
             "flipped",
