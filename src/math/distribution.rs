@@ -10,11 +10,11 @@ pub struct Distribution1D<S = Vec<f64>> {
 
 /// A sampled index.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Draw {
+pub struct DiscreteSample {
     /// The index.
     pub index: usize,
     /// The position of the sample within the index's interval: uniform in [0, 1], for reuse.
-    pub rest: f64,
+    pub remapped: f64,
 }
 
 impl<S: AsRef<[f64]> + AsMut<[f64]>> Distribution1D<S> {
@@ -53,21 +53,21 @@ impl<S: AsRef<[f64]> + AsMut<[f64]>> Distribution1D<S> {
     /// The probability of an index.
     #[inline]
     #[must_use]
-    pub fn chance(&self, index: usize) -> f64 {
+    pub fn probability(&self, index: usize) -> f64 {
         (self.cumulative.as_ref()[index] - self.before(index)) / self.total
     }
 
     /// Samples an index with a uniform number `u` in [0, 1). At least one weight must be positive.
     #[inline]
     #[must_use]
-    pub fn sample(&self, u: f64) -> Draw {
+    pub fn sample(&self, u: f64) -> DiscreteSample {
         let target = u * self.total;
         let cumulative = self.cumulative.as_ref();
         let index = cumulative.partition_point(|&sum| sum <= target).min(cumulative.len() - 1);
         let before = self.before(index);
         // Rounding may put the target above the last sum.
-        let rest = ((target - before) / (cumulative[index] - before)).min(1.0);
-        Draw { index, rest }
+        let remapped = ((target - before) / (cumulative[index] - before)).min(1.0);
+        DiscreteSample { index, remapped }
     }
 
     /// The sum of the weights before an index.
@@ -93,16 +93,16 @@ mod tests {
             Distribution1D::from_probabilities(WEIGHTS.map(|weight| weight / 8.0)),
         ];
         for distribution in distributions {
-            let (mut counts, mut rests) = ([0.0; 5], [0.0; 5]);
+            let (mut counts, mut remapped_sums) = ([0.0; 5], [0.0; 5]);
             for i in 0..8000 {
-                let Draw { index, rest } = distribution.sample((f64::from(i) + 0.5) / 8000.0);
+                let DiscreteSample { index, remapped } = distribution.sample((f64::from(i) + 0.5) / 8000.0);
                 counts[index] += 1.0;
-                rests[index] += rest;
+                remapped_sums[index] += remapped;
             }
             for (i, weight) in WEIGHTS.into_iter().enumerate() {
                 assert_eq!(counts[i], 1000.0 * weight);
-                assert_eq!(distribution.chance(i), weight / 8.0);
-                assert!((rests[i] - 0.5 * counts[i]).abs() < 1e-9, "{i}: {}", rests[i]);
+                assert_eq!(distribution.probability(i), weight / 8.0);
+                assert!((remapped_sums[i] - 0.5 * counts[i]).abs() < 1e-9, "{i}: {}", remapped_sums[i]);
             }
         }
     }
@@ -111,7 +111,7 @@ mod tests {
     fn a_target_above_the_last_sum_gives_the_end_of_the_last_index() {
         // The rounded sum of ten times 0.1 is less than 1.
         let tenths = Distribution1D::from_probabilities(vec![0.1; 10]);
-        assert_eq!(tenths.sample(1.0 - f64::EPSILON / 2.0), Draw { index: 9, rest: 1.0 });
+        assert_eq!(tenths.sample(1.0 - f64::EPSILON / 2.0), DiscreteSample { index: 9, remapped: 1.0 });
     }
 
     #[test]

@@ -13,7 +13,7 @@ pub mod roots;
 pub mod warp;
 
 pub use aabb::Aabb;
-pub use distribution::{Distribution1D, Draw};
+pub use distribution::{DiscreteSample, Distribution1D};
 pub use frame::{Frame, cos_theta};
 pub use measure::{PerArea, PerSolidAngle};
 pub use ray::Ray;

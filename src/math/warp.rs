@@ -94,7 +94,7 @@ pub fn square_to_sphere(u: DVec2) -> DVec3 {
 }
 
 /// The pdf of [`square_to_sphere`], per solid angle.
-pub const SPHERE_DENSITY: f64 = 0.25 * FRAC_1_PI;
+pub const SQUARE_TO_SPHERE_PDF: f64 = 0.25 * FRAC_1_PI;
 
 /// Maps the unit square to the cone of directions around +z, with pdf `1 / 2π(1 - cos)` per solid angle.
 /// `one_minus_cos` is one minus the cosine of the cone's half-angle: for narrow cones the cosine itself is too close to 1

@@ -2,7 +2,7 @@ use glam::{DAffine3, DVec2, DVec3};
 
 use super::{Crossing, Hit, Line, ShapeModel, ShapeSample, SolidModel, Span, Surface, affine::Affine};
 use crate::{
-    math::{Aabb, Distribution1D, Draw, PerArea, Ray},
+    math::{Aabb, DiscreteSample, Distribution1D, PerArea, Ray},
     scene_file::{Category, Described, Params, Plugin, SceneError},
 };
 
@@ -93,7 +93,7 @@ impl ShapeModel for Cube {
     }
 
     fn sample_position(&self, u: DVec2) -> ShapeSample<PerArea> {
-        let Draw { index: face, rest: u_x } = self.faces.sample(u.x);
+        let DiscreteSample { index: face, remapped: u_x } = self.faces.sample(u.x);
         let (axis, a, b) = (face / 2, (face / 2 + 1) % 3, (face / 2 + 2) % 3);
         let mut local = DVec3::ZERO;
         local[axis] = local_normal(face)[axis];

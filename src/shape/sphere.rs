@@ -209,12 +209,12 @@ impl<K: EllipsoidKind> ShapeModel for EllipsoidShape<K> {
 
     fn sample_position(&self, u: DVec2) -> ShapeSample<PerArea> {
         let local = warp::square_to_sphere(u);
-        self.sample(local, self.affine.pdf(PerArea(warp::SPHERE_DENSITY), local))
+        self.sample(local, self.affine.pdf(PerArea(warp::SQUARE_TO_SPHERE_PDF), local))
     }
 
     fn pdf_position(&self, surface: &Surface) -> PerArea {
         let local = self.affine.to_local.transform_point3(surface.p).normalize();
-        self.affine.pdf(PerArea(warp::SPHERE_DENSITY), local)
+        self.affine.pdf(PerArea(warp::SQUARE_TO_SPHERE_PDF), local)
     }
 
     fn sample_direction(&self, from: DVec3, u: DVec2) -> Option<ShapeSample<PerSolidAngle>> {

@@ -21,7 +21,7 @@ use glam::{DAffine3, DVec2, DVec3};
 
 use super::{Crossings, Hit, Line, ShapeModel, ShapeSample, SolidModel, Surface, bvh::Bvh};
 use crate::{
-    math::{Aabb, Distribution1D, Draw, Frame, PerArea, Ray, warp},
+    math::{Aabb, DiscreteSample, Distribution1D, Frame, PerArea, Ray, warp},
     scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
 };
 
@@ -313,8 +313,8 @@ impl<F> ShapeModel for Mesh<F> {
     }
 
     fn sample_position(&self, u: DVec2) -> ShapeSample<PerArea> {
-        let Draw { index, rest } = self.areas.sample(u.x);
-        let point = self.point(index as u32, warp::square_to_triangle(DVec2::new(rest, u.y)));
+        let DiscreteSample { index, remapped } = self.areas.sample(u.x);
+        let point = self.point(index as u32, warp::square_to_triangle(DVec2::new(remapped, u.y)));
         ShapeSample { p: point.p, n: point.n, uv: point.uv, pdf: PerArea(1.0 / self.areas.total()) }
     }
 

@@ -63,7 +63,7 @@ impl QuadraticForm {
     /// The parameter at which a line is nearest to `centre`, and the coefficients of the form along the line as a polynomial
     /// around that parameter. They stay accurate for distant origins.
     #[inline]
-    fn along(&self, ray: &Ray, centre: DVec3) -> (f64, [f64; 3]) {
+    fn along_line(&self, ray: &Ray, centre: DVec3) -> (f64, [f64; 3]) {
         let d = ray.direction;
         let shift = (centre - ray.origin).dot(d) / d.length_squared();
         let o = ray.at(shift);
@@ -74,13 +74,13 @@ impl QuadraticForm {
     /// The parameters at which a line intersects the surface, in order.
     #[inline]
     pub(super) fn roots(&self, ray: &Ray, centre: DVec3) -> Option<[f64; 2]> {
-        let (shift, [a, b, c]) = self.along(ray, centre);
+        let (shift, [a, b, c]) = self.along_line(ray, centre);
         roots::quadratic(a, b, c).map(|roots| roots.map(|t| t + shift))
     }
 
     /// The intervals in which a line is inside the solid.
     pub(super) fn inside(&self, ray: &Ray, centre: DVec3) -> InsideIntervals {
-        let (shift, [a, b, c]) = self.along(ray, centre);
+        let (shift, [a, b, c]) = self.along_line(ray, centre);
         let Some([first, second]) = roots::quadratic(a, b, c).map(|roots| roots.map(|t| t + shift)) else {
             return if c <= 0.0 && a <= 0.0 { InsideIntervals::All } else { InsideIntervals::None };
         };
