@@ -252,7 +252,7 @@ fn smooth_albedo(bsdf: &Bsdf, query: &Query) -> Rgb {
     let mut sum = Rgb::ZERO;
     for i in 0..N * N {
         let u = DVec2::new((i / N) as f64 + 0.5, (i % N) as f64 + 0.5) / N as f64;
-        sum += bsdf.eval_cos(query, warp::square_to_sphere(u)) / (warp::SPHERE_DENSITY * (N * N) as f64);
+        sum += bsdf.eval_cos(query, warp::square_to_sphere(u)) / (warp::SQUARE_TO_SPHERE_PDF * (N * N) as f64);
     }
     sum
 }

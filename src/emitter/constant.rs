@@ -36,12 +36,12 @@ impl EmitterModel for Constant {
             direction,
             shadow_ray: Ray::leaving(from, direction),
             value: self.radiance,
-            pdf: Some(PerSolidAngle(warp::SPHERE_DENSITY)),
+            pdf: Some(PerSolidAngle(warp::SQUARE_TO_SPHERE_PDF)),
         })
     }
 
     fn pdf_direction(&self, _shape: Option<&Shape>, _from: DVec3, surface: Option<&Surface>) -> PerSolidAngle {
-        PerSolidAngle(if surface.is_none() { warp::SPHERE_DENSITY } else { 0.0 })
+        PerSolidAngle(if surface.is_none() { warp::SQUARE_TO_SPHERE_PDF } else { 0.0 })
     }
 
     fn environment_radiance(&self, _direction: DVec3) -> Rgb {
@@ -62,6 +62,6 @@ impl EmitterModel for Constant {
     }
 
     fn power(&self, _shape: Option<&Shape>, target: &EmissionTarget) -> Rgb {
-        self.radiance * (target.cross_section() / warp::SPHERE_DENSITY)
+        self.radiance * (target.cross_section() / warp::SQUARE_TO_SPHERE_PDF)
     }
 }

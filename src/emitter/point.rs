@@ -70,12 +70,12 @@ impl EmitterModel for Point {
         let (direction, pdf) = if target.is_aimed {
             target.towards(self.position, u)
         } else {
-            (warp::square_to_sphere(u), PerSolidAngle(warp::SPHERE_DENSITY))
+            (warp::square_to_sphere(u), PerSolidAngle(warp::SQUARE_TO_SPHERE_PDF))
         };
         Some(Emission { ray: Ray::new(self.position, direction), flux: self.intensity / pdf.0 })
     }
 
     fn power(&self, _shape: Option<&Shape>, _beam: &EmissionTarget) -> Rgb {
-        self.intensity / warp::SPHERE_DENSITY
+        self.intensity / warp::SQUARE_TO_SPHERE_PDF
     }
 }

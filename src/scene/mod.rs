@@ -224,7 +224,7 @@ impl Scene {
         // Without power no light is ever drawn.
         let light_powers = self.light_powers.as_ref()?;
         let index = light_powers.sample(u).index;
-        let (light, chance) = (&self.lights[index], light_powers.chance(index));
+        let (light, chance) = (&self.lights[index], light_powers.probability(index));
         let emission = light.emitter.emit(self.shape_of(light), target, position)?;
         (emission.flux != Rgb::ZERO).then_some((Emission { flux: emission.flux / chance, ..emission }, index))
     }

@@ -15,7 +15,7 @@ pub fn laws() -> impl Iterator<Item = &'static Law> {
     let lists = [
         shape::laws::LAWS,
         shape::laws::csg::LAWS,
-        shape::mesh::laws::LAWS,
+        shape::laws::mesh::LAWS,
         bsdf::laws::LAWS,
         emitter::laws::LAWS,
         sampler::laws::LAWS,

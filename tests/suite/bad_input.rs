@@ -374,12 +374,12 @@ fn files_that_are_missing_or_broken() {
         ),
         (
             "4e9 vertices",
-            shapes(PLY, &["the header promises 4000000000 vertices, the file has room for "])
+            shapes(PLY, &["the header declares 4000000000 vertices, the file has room for "])
                 .with("m.ply", mesh(TRIANGLE, "3 0 1 2\n", 4_000_000_000)),
         ),
         (
             "4e9 binary vertices",
-            shapes(PLY, &["the header promises 4000000000 vertices, the file has room for 0 at most"])
+            shapes(PLY, &["the header declares 4000000000 vertices, the file has room for 0 at most"])
                 .with("m.ply", binary),
         ),
         ("no texture", shapes(BITMAP, &["t.png: No such file"])),

@@ -1,7 +1,7 @@
 use glam::{DVec2, DVec3};
 
 use crate::{
-    math::{Distribution1D, Draw, PerSolidAngle, cos_theta, luminance, warp},
+    math::{DiscreteSample, Distribution1D, PerSolidAngle, cos_theta, luminance, warp},
     photon::{GatherPoint, MapLookup, PhotonLookup as _},
     transport::{PathClass, ShadingPoint},
 };
@@ -37,8 +37,8 @@ impl DirectionHistogram {
 
     /// Draws a local direction.
     pub(super) fn sample(&self, u: DVec2) -> DVec3 {
-        let Draw { index: cell, rest } = self.cells.sample(u.x);
-        let square = DVec2::new((cell % ROWS) as f64 + rest, (cell / ROWS) as f64 + u.y) / ROWS as f64;
+        let DiscreteSample { index: cell, remapped } = self.cells.sample(u.x);
+        let square = DVec2::new((cell % ROWS) as f64 + remapped, (cell / ROWS) as f64 + u.y) / ROWS as f64;
         self.side * warp::square_to_cosine_hemisphere(square)
     }
 
@@ -48,7 +48,7 @@ impl DirectionHistogram {
         if local.z <= 0.0 {
             return PerSolidAngle(0.0);
         }
-        let chance = self.cells.chance(cell(local));
+        let chance = self.cells.probability(cell(local));
         PerSolidAngle(chance * CELLS as f64 * warp::square_to_cosine_hemisphere_pdf(local.z))
     }
 }
