@@ -1,4 +1,4 @@
-//! Where light comes from.
+//! Emitters: the sources of light.
 
 mod area;
 mod constant;
@@ -24,63 +24,65 @@ use crate::{
     shape::{Shape, Surface},
 };
 
-/// Light that could arrive at a point, if nothing stands in its way.
+/// A sampled direction from a point to an emitter, and the light that arrives if nothing blocks it.
 #[derive(Clone, Copy, Debug)]
 pub struct EmitterSample {
-    /// The unit direction to the light.
+    /// The unit direction to the emitter.
     pub direction: DVec3,
-    /// The stretch on which an occluder would stop it.
+    /// The segment to the emitter, on which an occluder blocks the light.
     pub shadow_ray: Ray,
-    /// Radiance; for a light of a single direction, perpendicular irradiance.
+    /// The radiance in W/(m² sr); for a delta emitter, the irradiance at normal incidence in W/m².
     pub value: Rgb,
-    /// How densely directions are drawn; None for a light of a single direction.
+    /// The pdf of the direction; None for a delta emitter.
     pub pdf: Option<PerSolidAngle>,
 }
 
-/// Light that sets out from an emitter.
+/// A sampled ray of light from an emitter.
 #[derive(Clone, Copy, Debug)]
 pub struct Emission {
-    /// Where it goes, in a unit direction.
+    /// The ray, with a unit direction.
     pub ray: Ray,
-    /// The power in W that it stands for if it is the only one drawn: what is emitted over the density of the draw.
+    /// The power in W that it carries if it is the only sample: the emitted quantity over the pdf of the sample.
     pub flux: Rgb,
 }
 
-/// A ball of space.
+/// A sphere that contains some geometry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoundingSphere {
-    /// The middle.
+    /// The centre.
     pub centre: DVec3,
     /// The radius.
     pub radius: f64,
 }
 
-/// Which light of an emitter is asked for: that which goes through a ball.
+/// Restricts emission to rays through a bounding sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EmissionTarget {
-    /// The ball. It is never missed by light from far away; by light from within the scene only if it is aimed.
+    /// The sphere. Distant emitters always emit through it; other emitters do only if `is_aimed` is set.
     pub sphere: BoundingSphere,
-    /// How far before the middle of the ball light from far away sets out: before everything else in the scene.
+    /// The distance from the centre of the sphere at which rays of distant emitters start, before everything else in
+    /// the scene.
     pub before: f64,
-    /// Whether light from within the scene is aimed at the ball, or goes everywhere.
+    /// Whether emitters within the scene emit towards the sphere only, or in all directions.
     pub is_aimed: bool,
 }
 
 impl EmissionTarget {
-    /// A ray from far away in a direction, through a point of the ball's cross-section that `u` draws uniformly.
+    /// A ray of a distant emitter in a direction, through a uniformly sampled point of the sphere's cross-section.
     #[must_use]
     pub fn entering(&self, direction: DVec3, u: DVec2) -> Ray {
         let across = (self.sphere.radius * warp::square_to_disc(u)).extend(-self.before);
         Ray::new(self.sphere.centre + Frame::from_normal(direction).to_world(across), direction)
     }
 
-    /// The area of the ball's cross-section.
+    /// The area of the sphere's cross-section.
     #[must_use]
     pub fn cross_section(&self) -> f64 {
         PI * self.sphere.radius * self.sphere.radius
     }
 
-    /// Draws a direction uniformly among those in which the ball is seen from a point, which are all if it is in it.
+    /// Samples a direction from a point to the sphere uniformly: over the cone that the sphere subtends, or over all
+    /// directions if the point is inside.
     #[must_use]
     pub fn towards(&self, from: DVec3, u: DVec2) -> (DVec3, PerSolidAngle) {
         let (axis, one_minus_cos) = self.cone(from);
@@ -88,18 +90,18 @@ impl EmissionTarget {
         (direction, PerSolidAngle(warp::square_to_cone_pdf(one_minus_cos)))
     }
 
-    /// The axis of the cone in which the ball is seen, and one minus the cosine of its angle.
+    /// The axis of the cone that the sphere subtends, and one minus the cosine of its half-angle.
     fn cone(&self, from: DVec3) -> (DVec3, f64) {
-        let way = self.sphere.centre - from;
-        let sin_squared = self.sphere.radius * self.sphere.radius / way.length_squared();
+        let to_centre = self.sphere.centre - from;
+        let sin_squared = self.sphere.radius * self.sphere.radius / to_centre.length_squared();
         if sin_squared >= 1.0 || !sin_squared.is_finite() {
             return (DVec3::Z, 2.0);
         }
-        (way.normalize(), sin_squared / (1.0 + (1.0 - sin_squared).sqrt()))
+        (to_centre.normalize(), sin_squared / (1.0 + (1.0 - sin_squared).sqrt()))
     }
 
-    /// How densely a ray of light is drawn when it is aimed at the ball, apart from what all balls share: per area of the
-    /// cross-section for light from far away, per solid angle for other light.
+    /// The factor of a ray's pdf that depends on the target: per area of the cross-section for distant emitters, per
+    /// solid angle for others.
     #[must_use]
     pub fn pdf(&self, ray: &Ray, is_distant: bool) -> f64 {
         if is_distant {
@@ -107,68 +109,68 @@ impl EmissionTarget {
             return if is_hit { 1.0 / self.cross_section() } else { 0.0 };
         }
         let (axis, one_minus_cos) = self.cone(ray.origin);
-        // By sines: cosines cannot tell narrow cones apart.
+        // Sines, because cosines lose precision in narrow cones.
         let (sin_squared, sin_squared_of_ray) =
             (one_minus_cos * (2.0 - one_minus_cos), axis.cross(ray.direction).length_squared());
         let is_in_cone = axis.dot(ray.direction) > 0.0 && sin_squared_of_ray <= sin_squared;
-        let is_seen = one_minus_cos == 2.0 || is_in_cone;
-        if is_seen { warp::square_to_cone_pdf(one_minus_cos) } else { 0.0 }
+        let is_towards = one_minus_cos == 2.0 || is_in_cone;
+        if is_towards { warp::square_to_cone_pdf(one_minus_cos) } else { 0.0 }
     }
 }
 
-/// What an emitter answers. An area light is told the shape that it shines from.
+/// The interface of all emitters. An area light receives the shape that it emits from.
 #[enum_dispatch]
 pub trait EmitterModel {
-    /// Draws a direction in which it could be seen from a point; None if it cannot be.
+    /// Samples a direction from a point to the emitter; None if the sample carries no light to it.
     fn sample_direction(&self, shape: Option<&Shape>, from: DVec3, u: DVec2) -> Option<EmitterSample>;
 
-    /// The density with which [`EmitterModel::sample_direction`] draws the direction to a point of its surface (of an area
-    /// light), or a direction of the sky (`surface` is None); 0 for lights that only a draw can find.
+    /// The pdf with which [`EmitterModel::sample_direction`] samples the direction to a point of an area light, or a
+    /// direction of the environment (`surface` is None); 0 for delta emitters.
     fn pdf_direction(&self, _shape: Option<&Shape>, _from: DVec3, _surface: Option<&Surface>) -> PerSolidAngle {
         PerSolidAngle(0.0)
     }
 
-    /// The radiance that leaves its surface in a unit direction.
+    /// The radiance that an area light emits from a point of its surface in a unit direction.
     fn surface_radiance(&self, _surface: &Surface, _towards: DVec3) -> Rgb {
         Rgb::ZERO
     }
 
-    /// The radiance that comes from outside the scene along a ray of this direction.
+    /// The radiance that arrives from the environment along a ray of this direction.
     fn environment_radiance(&self, _direction: DVec3) -> Rgb {
         Rgb::ZERO
     }
 
-    /// Whether it surrounds the scene.
+    /// Whether it is an environment, which surrounds the scene.
     fn is_environment(&self) -> bool {
         false
     }
 
-    /// Whether its light comes from infinitely far away, and so falls on all of an infinite plane.
+    /// Whether its light comes from infinitely far away. Such light falls on all of an infinite plane.
     fn is_distant(&self) -> bool {
         false
     }
 
-    /// Draws light that sets out: where by the first point of `u`, in which direction by the second. None where the
-    /// draw carries nothing.
+    /// Samples a ray of emitted light: its position by the first point of `u`, its direction by the second. None if the
+    /// sample carries no light.
     fn emit(&self, shape: Option<&Shape>, target: &EmissionTarget, u: [DVec2; 2]) -> Option<Emission>;
 
-    /// The power in W that it sends into the scene, as if it were not aimed: exact but for textures and sheared spot
-    /// lights, where it is good enough to choose lights by.
+    /// The power in W that it emits into the scene, regardless of `is_aimed`. An approximation for textured area lights
+    /// and sheared spot lights, used to choose emitters by power.
     fn power(&self, shape: Option<&Shape>, target: &EmissionTarget) -> Rgb;
 }
 
 catalogue! {
-    /// A light.
+    /// An emitter.
     pub enum Emitter: EmitterModel in Category::Emitter, {
-        /// A point.
+        /// A point light.
         Point(Point),
-        /// A cone of light.
+        /// A spot light.
         Spot(Spot),
         /// Parallel light.
         Directional(Directional),
-        /// A surface.
+        /// A surface that emits light.
         Area(Area),
-        /// The sky, equally bright all around.
+        /// A constant environment.
         Constant(Constant),
     }
 }
