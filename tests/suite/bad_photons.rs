@@ -159,7 +159,7 @@ fn scenes_that_photons_cannot_treat() {
     let tracer = r#"<integrator type="ptracer"/>"#;
     let passes = r#"<integrator type="sppm"/>"#;
     let wrapped = format!(r#"<integrator type="moment">{photons}</integrator>"#);
-    const ENDLESS: &[&str] = &["cannot treat this scene: light from infinitely far away falls on an infinite plane"];
+    const ENDLESS: &[&str] = &["cannot treat this scene: a distant emitter illuminates an infinite plane"];
     const STRONG: &str = r#"<emitter type="point"><rgb name="intensity" value="1e30"/></emitter>"#;
     let stronger = r#"<shape type="rectangle"><transform name="to_world"><scale value="1e6"/></transform>
         <emitter type="area"><rgb name="radiance" value="1e30"/></emitter></shape>"#;
