@@ -1,8 +1,8 @@
-//! What surfaces do with light.
+//! BSDFs: how surfaces scatter light.
 //!
-//! Directions are local: the shading normal is +z. As in Mitsuba, `wi` points back to where the path comes from (to
-//! the camera, in path tracing) and `wo` along the one that is asked for. [`BsdfModel::eval_cos`] includes the cosine at
-//! `wo`; all densities are per solid angle of `wo`.
+//! Directions are local: the shading normal is +z. As in Mitsuba, `wi` points back along the path (to the camera, in
+//! path tracing), and `wo` is the direction that is evaluated or sampled. [`BsdfModel::eval_cos`] includes the cosine
+//! of `wo`. All pdfs are per solid angle of `wo`.
 
 mod blend;
 mod conductor;
@@ -38,142 +38,143 @@ use crate::{
     shape::Surface,
 };
 
-/// What travels along the path: radiance from a camera, or importance from a light (the flux of a particle).
-/// Radiance is scaled by 1/η² where it is refracted; importance is not (Veach 1997, section 5.2).
+/// The quantity that a path transports: radiance on paths from the camera, importance on paths from an emitter (the
+/// flux of a particle). Refraction scales radiance by 1/η² but leaves importance unchanged (Veach 1997, section 5.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TransportMode {
     /// Paths that start at the camera.
     Radiance,
-    /// Paths that start at a light.
+    /// Paths that start at an emitter.
     Importance,
 }
 
-/// Where and from which side a BSDF is asked.
+/// The arguments that every query of a BSDF shares.
 #[derive(Clone, Copy, Debug)]
 pub struct Query {
-    /// The local unit direction to where the path comes from.
+    /// The local unit direction back along the path.
     pub wi: DVec3,
     /// Texture coordinates.
     pub uv: DVec2,
-    /// What travels.
+    /// The quantity that the path transports.
     pub mode: TransportMode,
 }
 
-/// The kind of scattering that a sample stands for.
+/// The type of the lobe that a direction was sampled from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lobe {
-    /// It has a density over directions.
+    /// A lobe with a pdf over directions.
     Smooth,
-    /// A single direction: a mirror or a refraction.
+    /// A delta lobe: specular reflection or refraction into one direction.
     Delta,
-    /// A single direction, the straight one: nothing happened.
+    /// A delta lobe in the direction `-wi`: the path continues straight.
     Null,
 }
 
 /// A sampled direction.
 #[derive(Clone, Copy, Debug)]
-pub struct Sample {
-    /// The local unit direction in which the path goes on.
+pub struct BsdfSample {
+    /// The local unit direction in which the path continues.
     pub wo: DVec3,
-    /// `eval_cos / pdf`; for a single direction, what is left of the light per chance of choosing it.
+    /// `eval_cos / pdf`; for a delta lobe, the fraction of light that it scatters over the probability of choosing it.
     pub weight: Rgb,
-    /// The density of `wo`; for a single direction, the chance of choosing it.
+    /// The pdf of `wo`; for a delta lobe, the probability of choosing it.
     pub pdf: PerSolidAngle,
-    /// What kind of scattering it was.
+    /// The type of the sampled lobe.
     pub lobe: Lobe,
-    /// The relative index of refraction that was crossed, of the side of `wo` to that of `wi`; 1 otherwise.
+    /// The index of refraction on the side of `wo` over that on the side of `wi`; 1 without refraction.
     pub eta: f64,
 }
 
-/// What a BSDF answers.
+/// The interface of all BSDFs.
 #[enum_dispatch]
 pub trait BsdfModel {
-    /// Whether there is anything but single directions, so that connecting to a light can find light.
+    /// Whether the BSDF has a smooth lobe, so that emitter sampling can contribute.
     fn is_smooth(&self) -> bool;
 
-    /// `f(wi, wo) |cos θ(wo)|`, without single directions.
+    /// `f(wi, wo) |cos θ(wo)|` of the smooth lobes.
     fn eval_cos(&self, query: &Query, wo: DVec3) -> Rgb;
 
-    /// The density with which [`BsdfModel::sample`] draws `wo`, without single directions.
+    /// The pdf with which [`BsdfModel::sample`] samples `wo` from the smooth lobes.
     fn pdf(&self, query: &Query, wo: DVec3) -> PerSolidAngle;
 
-    /// Draws a direction; None if the light is absorbed or the draw failed, which then carries nothing.
-    fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<Sample>;
+    /// Samples a direction. None if the light is absorbed or the sample fails; a failed sample counts as zero.
+    fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<BsdfSample>;
 
-    /// The colour that the `albedo` layer shows: the reflectance, as good as the model knows it.
+    /// The colour for the `albedo` layer: an approximation of the reflectance.
     fn albedo(&self, uv: DVec2) -> Rgb;
 
-    /// Whether it scatters over so few directions that a path from the eye should rather go on than look around for
-    /// photons, of which next to none would come from there.
+    /// Whether its lobes are so narrow that a camera path should continue through the surface instead of estimating
+    /// radiance from photons: hardly any photon arrives from within a narrow lobe.
     fn is_glossy(&self) -> bool {
         false
     }
 
-    /// Whether there are single directions.
+    /// Whether the BSDF has a delta lobe.
     fn has_delta(&self) -> bool {
         !self.is_smooth()
     }
 
-    /// Whether light gets to the other side.
+    /// Whether the BSDF transmits light to the other side.
     fn transmits(&self) -> bool {
         false
     }
 
-    /// Whether there are two different media at its sides, so that it needs an inside and an outside.
+    /// Whether the surface separates two media, so that its shape needs an inside and an outside.
     fn is_interface(&self) -> bool {
         false
     }
 
-    /// The absorption coefficient of the medium below the normal, per unit of length.
+    /// The absorption coefficient of the medium below the normal, in 1/m.
     fn absorption(&self) -> Rgb {
         Rgb::ZERO
     }
 
-    /// What a straight line through the surface keeps of its light; None if it is opaque.
+    /// The transmittance of the surface for a straight line through it; None if it is opaque.
     fn straight_transmittance(&self, _query: &Query) -> Option<Rgb> {
         None
     }
 
-    /// Whether it ever shows radiance by itself.
+    /// Whether the material has self-emission.
     fn has_self_emission(&self) -> bool {
         false
     }
 
-    /// Radiance that a side of the surface shows by itself, whatever the light; not physical.
+    /// The self-emission: radiance that one side of the surface adds to the image, independent of illumination. Not
+    /// physical.
     fn self_emission(&self, _surface: &Surface, _is_front: bool) -> Rgb {
         Rgb::ZERO
     }
 }
 
 catalogue! {
-    /// A surface's way with light.
+    /// A BSDF.
     pub enum Bsdf: BsdfModel in Category::Bsdf, {
-        /// Lambert's.
+        /// Lambertian reflection.
         Diffuse(Diffuse),
         /// Smooth glass.
         Dielectric(Glass<Dielectric>),
-        /// Smooth glass after Schlick.
+        /// Smooth glass with Schlick's approximation.
         Schlick(Glass<Schlick>),
         /// A smooth metal.
         Conductor(Conductor),
         /// A rough metal.
         RoughConductor(RoughConductor),
-        /// A fuzzy mirror.
+        /// A mirror whose reflection is blurred.
         Metal(Metal),
         /// A glossy lobe around the mirror direction over a diffuse base.
         Phong(Phong),
-        /// Two at once.
+        /// A mixture of two BSDFs.
         Blend(Blend),
-        /// The same from behind.
+        /// A BSDF for each side of a surface.
         TwoSided(TwoSided),
-        /// Nothing at all.
+        /// An invisible surface.
         Null(Null),
         /// The shading normal as a colour.
         Normals(Normals),
     }
 }
 
-/// The mirror direction.
+/// The direction of specular reflection.
 fn reflect(wi: DVec3) -> DVec3 {
     DVec3::new(-wi.x, -wi.y, wi.z)
 }

@@ -2,7 +2,7 @@ use glam::DVec3;
 
 use super::{CameraPathClass, SampleCounts, ShadingPoint, survival};
 use crate::{
-    bsdf::{Lobe, Sample, TransportMode},
+    bsdf::{BsdfSample, Lobe, TransportMode},
     math::{PerSolidAngle, Ray, Rgb},
     sampler::SampleStream,
     scene::{Scene, SurfaceInteraction},
@@ -56,7 +56,7 @@ impl<'s> CameraPath<'s> {
 
     /// A path that begins at a point of this one, in a direction that was sampled there: its throughput and its class are
     /// those from that point on. None if it carries nothing.
-    pub fn branch(&self, point: &ShadingPoint<'s>, sample: &Sample) -> Option<Self> {
+    pub fn branch(&self, point: &ShadingPoint<'s>, sample: &BsdfSample) -> Option<Self> {
         let mut branch = Self { throughput: Rgb::ONE, eta: 1.0, class: CameraPathClass::START, ..self.clone() };
         branch.scatter(point, sample);
         if branch.throughput == Rgb::ZERO {
@@ -110,7 +110,7 @@ impl<'s> CameraPath<'s> {
 
     /// Continues in a direction that was sampled at the current point; false if the path ends there.
     #[inline]
-    pub fn extend(&mut self, point: &ShadingPoint<'s>, sample: &Sample, sampler: &mut impl SampleStream) -> bool {
+    pub fn extend(&mut self, point: &ShadingPoint<'s>, sample: &BsdfSample, sampler: &mut impl SampleStream) -> bool {
         self.scatter(point, sample);
         // Russian roulette.
         if self.depth >= self.rr_depth {
@@ -128,7 +128,7 @@ impl<'s> CameraPath<'s> {
     }
 
     #[inline]
-    fn scatter(&mut self, point: &ShadingPoint<'s>, sample: &Sample) {
+    fn scatter(&mut self, point: &ShadingPoint<'s>, sample: &BsdfSample) {
         self.throughput *= sample.weight;
         self.eta *= sample.eta;
         self.class = self.class.scattered(sample.lobe);
@@ -151,7 +151,7 @@ impl<'s> CameraPath<'s> {
 /// What a camera's ray meets first, past all emitters if they are hidden.
 fn first_surface(scene: &Scene, ray: &Ray, hide_emitters: bool) -> Option<SurfaceInteraction> {
     let mut si = scene.intersect(ray)?;
-    while hide_emitters && scene.is_light(&si) {
+    while hide_emitters && scene.is_emitter(&si) {
         let beyond = Ray { t_max: ray.t_max - si.t, ..Ray::leaving(si.surface.p, ray.direction) };
         let next = scene.intersect(&beyond)?;
         si = SurfaceInteraction { t: si.t + next.t, ..next };

@@ -89,7 +89,7 @@ impl<'s> ShadingPoint<'s> {
 
     /// Samples the BSDF: one number chooses a lobe, two the direction.
     #[inline]
-    pub fn sample_bsdf(&self, sampler: &mut impl SampleStream) -> Option<bsdf::Sample> {
+    pub fn sample_bsdf(&self, sampler: &mut impl SampleStream) -> Option<bsdf::BsdfSample> {
         self.bsdf.sample(&self.query, sampler.next_1d(), sampler.next_2d())
     }
 

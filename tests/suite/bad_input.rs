@@ -95,7 +95,7 @@ fn what_mitsuba_refuses_too() {
             "a shape used twice",
             shapes(
                 &format!(r#"<shape type="sphere" id="s">{lamp}</shape><ref id="s"/>"#),
-                &["this emitter stands in several places"],
+                &["this emitter is used more than once"],
             ),
         ),
         (
@@ -182,20 +182,20 @@ fn scenes_that_lack_parts_or_have_too_many() {
                 &["a shape \"sphere\" can have only one bsdf, this has 2"],
             ),
         ),
-        ("two skies", shapes(SKY, &["a second emitter surrounds the scene; only one can"])),
+        ("two skies", shapes(SKY, &["the scene has a second environment emitter; give it only one"])),
         ("medium", shapes("<medium type=\"homogeneous\"/>", &["a medium is not supported"])),
         (
             "glass with two sides",
             shapes(
                 r#"<shape type="sphere"><bsdf type="twosided"><bsdf type="dielectric"/></bsdf></shape>"#,
-                &["this bsdf lets light through; only bsdfs that reflect can be two-sided"],
+                &["this bsdf transmits light; only bsdfs that reflect can be two-sided"],
             ),
         ),
         (
             "lamp without a shape",
             shapes(
                 "<emitter type=\"area\"/>",
-                &["an area emitter stands in no shape; put it inside the shape that shines"],
+                &["an area emitter must be inside a shape; put it inside the shape that emits light"],
             ),
         ),
     ]);
@@ -283,7 +283,7 @@ fn parameters_that_are_wrong() {
             "far",
             shapes(
                 r#"<shape type="cube"><transform name="to_world"><scale value="1e90"/></transform></shape>"#,
-                &["the shape reaches too far; no coordinate may be beyond 1e15"],
+                &["the shape extends too far; no coordinate may exceed 1e15"],
             ),
         ),
         (
@@ -486,7 +486,7 @@ fn triangles_without_area_are_counted_in_one_warning() {
     assert_eq!(said.code, Some(0));
     assert!(said.err.starts_with("warning: scene.xml:"), "{}", said.err);
     assert!(
-        said.err.ends_with("triangles without area are left out: 3\n") && said.err.lines().count() == 1,
+        said.err.ends_with("triangles without area are ignored: 3\n") && said.err.lines().count() == 1,
         "{}",
         said.err
     );
