@@ -1,14 +1,14 @@
-//! Photons as files for other programs.
+//! Exports photons as PLY and NumPy files.
 
 use npyz::{DType, Field, WriteOptions, WriterBuilder as _};
 
 use super::{EmittedPhotons, Photon, PhotonMapKind};
 use crate::film::picture::{automatic_exposure, srgb_byte};
 
-/// A photon with its place, and the number of its map.
-type Kept<'h> = (&'h [f32; 3], &'h Photon, u8);
+/// The position of a photon, the photon, and the index of its map.
+type Record<'h> = (&'h [f32; 3], &'h Photon, u8);
 
-fn all<'h>(maps: &[(PhotonMapKind, &'h EmittedPhotons)]) -> impl Iterator<Item = Kept<'h>> {
+fn all<'h>(maps: &[(PhotonMapKind, &'h EmittedPhotons)]) -> impl Iterator<Item = Record<'h>> {
     maps.iter().flat_map(|&(kind, emitted)| {
         emitted.positions.iter().zip(&emitted.photons).map(move |(position, photon)| (position, photon, kind as u8))
     })
@@ -22,15 +22,15 @@ fn push_floats(bytes: &mut Vec<u8>, values: [f32; 3]) {
     bytes.extend(values.into_iter().flat_map(f32::to_le_bytes));
 }
 
-/// Position, power and direction.
-fn push_vectors(bytes: &mut Vec<u8>, (position, photon, _): Kept<'_>) {
+/// Writes the position, power and direction.
+fn push_vectors(bytes: &mut Vec<u8>, (position, photon, _): Record<'_>) {
     push_floats(bytes, *position);
     push_floats(bytes, photon.power().as_vec3().to_array());
     push_floats(bytes, photon.direction().as_vec3().to_array());
 }
 
-/// Class, bounces and map.
-fn push_numbers(bytes: &mut Vec<u8>, (_, photon, map): Kept<'_>) {
+/// Writes the class, the number of bounces and the map.
+fn push_numbers(bytes: &mut Vec<u8>, (_, photon, map): Record<'_>) {
     bytes.push(photon.class() as u8);
     bytes.extend((photon.bounces() as u16).to_le_bytes());
     bytes.push(map);
@@ -54,7 +54,7 @@ property ushort bounces
 property uchar map
 ";
 
-/// A binary PLY file with a point for each photon; its colour is its power, tone-mapped.
+/// The bytes of a binary PLY file with a vertex for each photon, whose colour is its tone-mapped power.
 #[must_use]
 pub fn ply(maps: &[(PhotonMapKind, &EmittedPhotons)]) -> Vec<u8> {
     let powers: Vec<[f32; 3]> = all(maps).map(|(_, photon, _)| photon.power().as_vec3().to_array()).collect();
@@ -63,21 +63,21 @@ pub fn ply(maps: &[(PhotonMapKind, &EmittedPhotons)]) -> Vec<u8> {
     let mut bytes = format!(
         "ply\nformat binary_little_endian 1.0\ncomment photons: power in W, (dx, dy, dz) towards where they came from\n\
          comment class: 0 direct, 2 caustic, 3 indirect; map: 0 global, 1 caustic\n\
-         element si {count}\n{PLY_PROPERTIES}end_header\n"
+         element vertex {count}\n{PLY_PROPERTIES}end_header\n"
     )
     .into_bytes();
-    for kept in all(maps) {
-        push_vectors(&mut bytes, kept);
-        bytes.extend(kept.1.power().to_array().map(|power| srgb_byte(scale * power)));
-        push_numbers(&mut bytes, kept);
+    for record in all(maps) {
+        push_vectors(&mut bytes, record);
+        bytes.extend(record.1.power().to_array().map(|power| srgb_byte(scale * power)));
+        push_numbers(&mut bytes, record);
     }
     bytes
 }
 
-/// A NumPy file with a structured array of all photons.
+/// The bytes of a NumPy file with a structured array of all photons.
 #[must_use]
 pub fn npy(maps: &[(PhotonMapKind, &EmittedPhotons)]) -> Vec<u8> {
-    let plain = |code: &str| DType::Plain(code.parse().expect("the code of a type"));
+    let plain = |code: &str| DType::Plain(code.parse().expect("a valid type code"));
     let vector = || DType::Array(3, Box::new(plain("<f4")));
     let fields = [
         ("position", vector()),
@@ -93,10 +93,10 @@ pub fn npy(maps: &[(PhotonMapKind, &EmittedPhotons)]) -> Vec<u8> {
         .dtype(DType::Record(fields))
         .writer(std::io::Cursor::new(Vec::new()))
         .write_header_only();
-    let mut bytes = header.expect("memory takes every header").into_inner();
-    for kept in all(maps) {
-        push_vectors(&mut bytes, kept);
-        push_numbers(&mut bytes, kept);
+    let mut bytes = header.expect("a header can be written to memory").into_inner();
+    for record in all(maps) {
+        push_vectors(&mut bytes, record);
+        push_numbers(&mut bytes, record);
     }
     bytes
 }
@@ -116,19 +116,19 @@ mod tests {
     }
 
     #[test]
-    fn a_point_cloud_has_as_many_bytes_as_its_header_says() {
+    fn the_size_of_a_point_cloud_matches_its_header() {
         let (global, caustic) = (trace_photons(&[1.0, 0.5]), trace_photons(&[2.0]));
         let bytes = ply(&[(PhotonMapKind::Global, &global), (PhotonMapKind::Caustic, &caustic)]);
         let text = String::from_utf8_lossy(&bytes);
         let end = text.find("end_header\n").expect("the header ends") + "end_header\n".len();
-        assert!(text[..end].contains("element si 3\n"));
+        assert!(text[..end].contains("element vertex 3\n"));
         assert_eq!(bytes.len() - end, 3 * 43);
         assert_eq!(bytes[end..end + 4], 1.0_f32.to_le_bytes());
         assert_eq!(bytes[bytes.len() - 4..], [PathClass::Caustic as u8, 1, 0, 1]);
     }
 
     #[test]
-    fn an_array_names_its_fields() {
+    fn an_array_has_named_fields() {
         let global = trace_photons(&[1.0, 0.5]);
         let bytes = npy(&[(PhotonMapKind::Global, &global)]);
         let file = npyz::NpyFile::new(&bytes[..]).expect("an array");
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn without_photons_there_is_a_header_alone() {
+    fn a_file_without_photons_has_only_a_header() {
         assert!(ply(&[]).ends_with(b"end_header\n"));
         assert_eq!(npyz::NpyFile::new(&npy(&[])[..]).expect("an array").shape(), &[0]);
     }
