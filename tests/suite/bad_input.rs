@@ -290,7 +290,7 @@ fn parameters_that_are_wrong() {
             "scaled sensor",
             scene(
                 camera("<scale value=\"2\"/>"),
-                &["the sensor's to_world scales or shears; a camera can only be turned, moved and mirrored"],
+                &["the sensor's to_world scales or shears; a camera can only be rotated, moved and mirrored"],
             ),
         ),
         ("far sensor", scene(camera("<translate z=\"1e90\"/>"), &["the sensor is too far away"])),
