@@ -1,7 +1,7 @@
-//! Where the random numbers of a path come from, by address: (seed, pass, pixel, sample).
+//! Samplers: the random numbers of a path, as a function of the address (seed, replicate, pixel, sample).
 //!
-//! A *pass* is a whole estimate of the image, of as many samples a pixel as the film is asked for; a sampler spreads
-//! the samples of one pass evenly and makes passes independent of one another.
+//! A *replicate* is an independent estimate of the image with a given number of samples per pixel. A sampler stratifies
+//! the samples within a replicate; different replicates are independent.
 
 mod independent;
 pub mod laws;
@@ -23,18 +23,18 @@ use crate::{
     },
 };
 
-/// Which sample of which pixel a stream is for.
+/// The sample for which a stream generates random numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Address {
     /// The user's seed.
     pub seed: u64,
-    /// Which estimate of the image.
+    /// The index of the replicate.
     pub replicate: u64,
-    /// The pixel's number on the whole film, row by row.
+    /// The index of the pixel on the entire film, row by row.
     pub pixel: u64,
-    /// Which sample of this pixel in this pass.
+    /// The index of the sample in this pixel and replicate.
     pub sample: u32,
-    /// How many samples a pixel gets in this pass.
+    /// The number of samples per pixel in this replicate.
     pub samples: u32,
 }
 
@@ -49,11 +49,11 @@ impl Address {
     }
 }
 
-/// A source of numbers for one path.
+/// A stream of random numbers for one path.
 pub trait SampleStream {
-    /// The next number of [0, 1).
+    /// The next number in [0, 1).
     fn next_1d(&mut self) -> f64;
-    /// The next point of the unit square.
+    /// The next point in [0, 1)².
     fn next_2d(&mut self) -> DVec2;
 }
 
@@ -70,50 +70,47 @@ impl SampleStream for Stream {
 }
 
 catalogue! {
-    /// A way to spread samples.
+    /// A sampler.
     pub enum Sampler: SamplerModel in Category::Sampler, {
-        /// Independent numbers.
+        /// Independent uniform numbers.
         Independent(Independent),
-        /// One number in each of as many strata as there are samples.
+        /// One jittered sample in each stratum.
         Stratified(Stratified),
         /// Owen-scrambled Sobol points.
         LowDiscrepancy(LowDiscrepancy),
     }
 }
 
-/// The samples per pixel that a scene asks for.
-const SAMPLE_COUNT: Param = Param::new("sample_count", ParamKind::Integer, "4", "samples a pixel").within(Range {
-    min: 1.0,
-    max: 1e9,
-    open: false,
-});
-/// Read as in Mitsuba; `--seed` goes before it.
-const SEED: Param = Param::new("seed", ParamKind::Integer, "0", "the seed, unless the command line gives one")
-    .within(Range::NON_NEGATIVE);
+/// The number of samples per pixel.
+const SAMPLE_COUNT: Param = Param::new("sample_count", ParamKind::Integer, "4", "the number of samples per pixel")
+    .within(Range { min: 1.0, max: 1e9, open: false });
+/// The seed, as in Mitsuba; `--seed` overrides it.
+const SEED: Param =
+    Param::new("seed", ParamKind::Integer, "0", "the seed; --seed overrides it").within(Range::NON_NEGATIVE);
 
-/// What every sampler answers.
+/// The interface of all samplers.
 #[enum_dispatch]
 pub trait SamplerModel {
-    /// The samples per pixel that the scene asks for.
+    /// The number of samples per pixel that the scene sets.
     fn sample_count(&self) -> u32;
-    /// The seed that the scene asks for.
+    /// The seed that the scene sets.
     fn seed(&self) -> u64;
-    /// The numbers of a path.
+    /// The random numbers of a path.
     fn path_sampler(&self, address: &Address) -> PathSampler;
-    /// Whether a sample has the same numbers however many there are, so that more can be added to those that are there.
+    /// Whether a sample's numbers do not depend on the number of samples, so that a render can add samples later.
     fn is_open_ended(&self) -> bool {
         false
     }
 }
 
-/// The numbers of one path, of whichever sampler.
+/// The random numbers of one path.
 #[derive(Clone, Debug)]
 pub enum PathSampler {
-    /// Of [`Independent`].
+    /// The stream of [`Independent`].
     Independent(Stream),
-    /// Of [`Stratified`].
+    /// The stream of [`Stratified`].
     Stratified(stratified::Strata),
-    /// Of [`LowDiscrepancy`].
+    /// The stream of [`LowDiscrepancy`].
     LowDiscrepancy(low_discrepancy::Sobol),
 }
 
@@ -138,7 +135,8 @@ impl SampleStream for PathSampler {
 }
 
 impl Sampler {
-    /// Gives the sensors of a scene another sampler, which keeps the parameters that both have.
+    /// Replaces the sampler of all sensors in a document by the plugin `name`. It keeps the parameters that both
+    /// plugins have.
     pub fn replace(document: &mut Document, name: &str) {
         for sensor in sensors(document) {
             let own = document.child(sensor, Category::Sampler);
@@ -152,7 +150,8 @@ impl Sampler {
         }
     }
 
-    /// The sampler of a scene's sensor as text: its name, and what is set of it but the number of samples and the seed.
+    /// The sampler of a document's sensor as text: its name and its parameters except the number of samples and the
+    /// seed.
     #[must_use]
     pub fn described(document: &Document) -> String {
         let sensor = sensors(document).into_iter().next();
@@ -164,7 +163,7 @@ impl Sampler {
     }
 }
 
-/// The sensors of a scene, of which the first is used.
+/// The sensors of a document; the first is used.
 fn sensors(document: &Document) -> Vec<ObjectId> {
     let is_sensor = |id: &ObjectId| document.object(*id).category == Category::Sensor;
     let objects = document.object(document.root).properties.iter().filter_map(|property| match property.value {
@@ -174,7 +173,7 @@ fn sensors(document: &Document) -> Vec<ObjectId> {
     objects.filter(is_sensor).collect()
 }
 
-/// The two parameters that all samplers share.
+/// The parameters of all samplers.
 #[derive(Clone, Copy, Debug)]
 pub struct Common {
     sample_count: u32,
