@@ -1,4 +1,4 @@
-//! The sums of a film: added to those of other samples, and as bytes.
+//! The sums of a film: merging and serialization.
 
 use std::io::{self, Read, Write};
 
@@ -8,29 +8,29 @@ use serde::{Deserialize, Serialize};
 use super::{Crop, Film, LayerSource, LayerSpec};
 use crate::stats::ExactMoments;
 
-/// A film without its sums.
+/// The description of a film without its sums.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
-    /// Which part of the whole film it is.
+    /// The part of the film that is rendered.
     pub crop: Crop,
-    /// The whole film's width and height.
+    /// The width and height of the entire film.
     pub size: [f64; 2],
     /// The layers, the beauty first.
     pub layers: Vec<LayerSpec>,
-    /// Whether its image has variances.
+    /// Whether its image has variance channels.
     pub has_variance: bool,
 }
 
 impl Frame {
-    /// The film without samples; None if there can be no such film.
+    /// The film without samples; None if the description is invalid.
     #[must_use]
     pub fn film(&self) -> Option<Film> {
-        let is_one = self.crop.width > 0 && self.crop.height > 0 && self.layers.first() == Some(&LayerSpec::beauty());
+        let is_valid = self.crop.width > 0 && self.crop.height > 0 && self.layers.first() == Some(&LayerSpec::beauty());
         let film = || Film::new(self.crop, DVec2::from(self.size), self.layers.clone());
-        is_one.then(|| if self.has_variance { film() } else { film().without_variance() })
+        is_valid.then(|| if self.has_variance { film() } else { film().without_variance() })
     }
 
-    /// How many bytes the sums of such a film have, with or without splats; None if more than can be counted.
+    /// The number of bytes of the film's sums, with or without splats; None on overflow.
     #[must_use]
     pub fn bytes(&self, has_splats: bool) -> Option<u64> {
         let sampled = self.layers.iter().filter(|layer| layer.source == LayerSource::Sampled);
@@ -41,14 +41,14 @@ impl Frame {
 }
 
 impl Film {
-    /// What it is besides its sums.
+    /// The description of the film without its sums.
     #[must_use]
     pub fn frame(&self) -> Frame {
         let (crop, size) = (self.crop, self.size.to_array());
         Frame { crop, size, layers: self.layers.clone(), has_variance: self.has_variance }
     }
 
-    /// Whether light paths left anything.
+    /// Whether light paths contribute to the film.
     #[must_use]
     pub fn has_splats(&self) -> bool {
         !self.splats.is_empty()
@@ -62,13 +62,14 @@ impl Film {
         }
     }
 
-    /// Whether each pixel has so many samples.
+    /// Whether each pixel has `count` samples.
     #[must_use]
     pub fn has_samples(&self, count: u64) -> bool {
         self.pixels.moments.iter().all(|moments| moments.n() == count)
     }
 
-    /// Writes all sums: for each pixel, row by row, those of its sampled channels; then those of splats, if there are any.
+    /// Writes all sums: for each pixel, row by row, those of its sampled channels, then those of splats if there are
+    /// any.
     ///
     /// # Errors
     /// Those of the writer.

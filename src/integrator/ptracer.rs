@@ -101,7 +101,7 @@ impl LightTracing<'_> {
         let surface = &point.si.surface;
         let sensor_sample = scene.sensor.camera.sample_direction(surface.p, sampler.next_2d())?;
         // Beside the film there is nothing to see.
-        scene.sensor.film.seen_by(sensor_sample.film).next()?;
+        scene.sensor.film.pixels_covering(sensor_sample.film).next()?;
         let wo = surface.shading.to_local(sensor_sample.direction);
         let mut scattered = point.bsdf.eval_cos(&point.query, wo);
         if scattered == Rgb::ZERO || self.is_hidden(&sensor_sample.ray) {

@@ -100,10 +100,7 @@ fn what_mitsuba_refuses_too() {
         ),
         (
             "a crop beyond the film",
-            scene(
-                kit::scene_of(&[INTEGRATOR, &crop, SKY]),
-                &["the crop of 16 from 3 does not lie within the film's 16"],
-            ),
+            scene(kit::scene_of(&[INTEGRATOR, &crop, SKY]), &["the crop of 16 from 3 is not within the film's 16"]),
         ),
         ("samples twice", scene(kit::scene_of(&[both, SENSOR, SKY]), &["\"shading_samples\" stands beside"])),
         ("a material and its index", shapes(metal, &["both a material and its index are given"])),
@@ -299,7 +296,7 @@ fn parameters_that_are_wrong() {
             "large film",
             scene(
                 film("1000000", "1000000"),
-                &["a film of 1000000 x 1000000 pixels; at most 100000000 pixels can be rendered at once"],
+                &["the film has 1000000 x 1000000 pixels; at most 100000000 pixels can be rendered at once"],
             ),
         ),
         (
