@@ -261,7 +261,7 @@ impl<'d> Builder<'d> {
         if emitter.is_environment() && self.environment.replace(self.emitters.len()).is_some() {
             return Err(SceneError::at(place, "the scene has a second environment emitter").hint("give it only one"));
         }
-        self.emitters.push(SceneEmitter { emitter, shape_index });
+        self.emitters.push(SceneEmitter { model: emitter, shape_index });
         Ok(())
     }
 

@@ -56,7 +56,7 @@ struct SceneShape {
 /// An emitter in the scene.
 #[derive(Debug)]
 struct SceneEmitter {
-    emitter: Emitter,
+    model: Emitter,
     /// The index of the shape of an area light.
     shape_index: Option<usize>,
 }
@@ -143,7 +143,7 @@ impl Scene {
     #[must_use]
     pub fn emitted(&self, si: &SurfaceInteraction) -> Rgb {
         match self.scene_shapes[si.shape_index].emitter {
-            Some(index) => self.emitters[index].emitter.surface_radiance(&si.surface, si.wi_world),
+            Some(index) => self.emitters[index].model.surface_radiance(&si.surface, si.wi_world),
             None => Rgb::ZERO,
         }
     }
@@ -172,7 +172,7 @@ impl Scene {
     #[must_use]
     pub fn environment(&self, direction: DVec3) -> Rgb {
         self.environment
-            .map_or(Rgb::ZERO, |environment| self.emitters[environment].emitter.environment_radiance(direction))
+            .map_or(Rgb::ZERO, |environment| self.emitters[environment].model.environment_radiance(direction))
     }
 
     /// Samples an emitter uniformly and a direction to it. The probability of the emitter divides the value of a delta
@@ -188,7 +188,7 @@ impl Scene {
         let index = (scaled as usize).min(count - 1);
         let emitter = &self.emitters[index];
         let rest = DVec2::new(scaled - index as f64, u.y);
-        let mut emitter_sample = emitter.emitter.sample_direction(self.shape_of(emitter), from, rest)?;
+        let mut emitter_sample = emitter.model.sample_direction(self.shape_of(emitter), from, rest)?;
         match &mut emitter_sample.pdf {
             Some(pdf) => pdf.0 /= count as f64,
             None => emitter_sample.value *= count as f64,
@@ -207,7 +207,7 @@ impl Scene {
         };
         let pdf = index.map_or(0.0, |index| {
             let emitter = &self.emitters[index];
-            emitter.emitter.pdf_direction(self.shape_of(emitter), from, si.map(|si| &si.surface)).0
+            emitter.model.pdf_direction(self.shape_of(emitter), from, si.map(|si| &si.surface)).0
         });
         PerSolidAngle(pdf / self.emitters.len().max(1) as f64)
     }
@@ -228,7 +228,7 @@ impl Scene {
         let emitter_powers = self.emitter_powers.as_ref()?;
         let index = emitter_powers.sample(u).index;
         let (emitter, probability) = (&self.emitters[index], emitter_powers.chance(index));
-        let emission = emitter.emitter.emit(self.shape_of(emitter), target, position)?;
+        let emission = emitter.model.emit(self.shape_of(emitter), target, position)?;
         (emission.flux != Rgb::ZERO).then_some((Emission { flux: emission.flux / probability, ..emission }, index))
     }
 
@@ -246,7 +246,7 @@ impl Scene {
         let target = self.target(spheres.get(chosen.unwrap_or(spheres.len().saturating_sub(1)))?);
         let (emission, emitter) = self.emit_through(&target, sampler)?;
         // The spheres may overlap: the pdf sums over all targets that could have produced this ray.
-        let is_distant = self.emitters[emitter].emitter.is_distant();
+        let is_distant = self.emitters[emitter].model.is_distant();
         let pdf = |sphere| section(sphere) / total * self.target(sphere).pdf(&emission.ray, is_distant);
         let all: f64 = spheres.iter().map(pdf).sum();
         let fraction = target.pdf(&emission.ray, is_distant) / all;
@@ -295,7 +295,7 @@ impl Scene {
     /// # Errors
     /// If a distant emitter illuminates an infinite plane, which a finite number of paths cannot sample.
     pub fn check_emission(&self) -> Result<(), String> {
-        let is_distant = self.emitters.iter().any(|emitter| emitter.emitter.is_distant());
+        let is_distant = self.emitters.iter().any(|emitter| emitter.model.is_distant());
         if is_distant && self.shapes.is_unbounded() {
             return Err("a distant emitter illuminates an infinite plane; use a large rectangle instead".into());
         }
@@ -317,7 +317,7 @@ impl Scene {
             before: 1.0,
             is_aimed: false,
         };
-        let has_power = |emitter: &SceneEmitter| emitter.emitter.power(self.shape_of(emitter), &target) != Rgb::ZERO;
+        let has_power = |emitter: &SceneEmitter| emitter.model.power(self.shape_of(emitter), &target) != Rgb::ZERO;
         self.has_self_emission || self.emitters.iter().any(has_power)
     }
 
@@ -340,7 +340,7 @@ impl Scene {
     /// Computes the powers of the emitters.
     fn with_emitter_powers(mut self) -> Self {
         let target = EmissionTarget { sphere: self.scene_bounds, before: self.scene_bounds.radius, is_aimed: false };
-        let power = |emitter: &SceneEmitter| luminance(emitter.emitter.power(self.shape_of(emitter), &target));
+        let power = |emitter: &SceneEmitter| luminance(emitter.model.power(self.shape_of(emitter), &target));
         let powers = Distribution1D::new(self.emitters.iter().map(power).collect::<Vec<_>>());
         self.power = powers.total();
         self.emitter_powers = powers.normalized();
