@@ -7,7 +7,7 @@ use crate::{
     shape::{Shape, Surface},
 };
 
-/// A sky that is equally bright in all directions.
+/// An environment of constant radiance.
 #[derive(Clone, Debug)]
 pub struct Constant {
     radiance: Rgb,
@@ -18,8 +18,8 @@ impl Described for Constant {
         category: Category::Emitter,
         manual: manual!("constant.rs": "Constant"),
         name: "constant",
-        summary: "A environment that is equally bright in all directions.",
-        params: &[Param::new("radiance", ParamKind::Rgb, "1", "its radiance in W/(m² sr)").within(Range::LIGHT)],
+        summary: "An environment with the same radiance in all directions.",
+        params: &[Param::new("radiance", ParamKind::Rgb, "1", "the radiance in W/(m² sr)").within(Range::LIGHT)],
         examples: &[r#"<emitter type="constant"><rgb name="radiance" value="0.4, 0.5, 0.7"/></emitter>"#],
         evidence: &["emitter/*", "radiometry/white-environment"],
     };

@@ -7,7 +7,7 @@ use crate::{
     shape::Shape,
 };
 
-/// A point that shines equally in all directions.
+/// A point that emits equally in all directions.
 #[derive(Clone, Debug)]
 pub struct Point {
     position: DVec3,
@@ -19,16 +19,16 @@ impl Described for Point {
         category: Category::Emitter,
         manual: manual!("point.rs": "Point"),
         name: "point",
-        summary: "A point that shines equally in all directions.",
+        summary: "A point that emits equally in all directions.",
         params: &[
-            Param::optional("position", ParamKind::Point, "the origin of to_world", "where it is"),
+            Param::optional("position", ParamKind::Point, "the origin of to_world", "the position"),
             Param::optional(
                 "to_world",
                 ParamKind::Transform,
                 "the identity",
-                "where its origin goes, instead of position",
+                "maps the origin to the position; an alternative to position",
             ),
-            Param::new("intensity", ParamKind::Rgb, "1", "its intensity in W/sr").within(Range::LIGHT),
+            Param::new("intensity", ParamKind::Rgb, "1", "the radiant intensity in W/sr").within(Range::LIGHT),
         ],
         examples: &[
             r#"<emitter type="point"><point name="position" x="1" y="2" z="-1"/><rgb name="intensity" value="3, 2, 1"/></emitter>"#,
@@ -53,13 +53,13 @@ impl Described for Point {
 
 impl EmitterModel for Point {
     fn sample_direction(&self, _shape: Option<&Shape>, from: DVec3, _u: DVec2) -> Option<EmitterSample> {
-        let way = self.position - from;
-        let distance_squared = way.length_squared();
+        let to_light = self.position - from;
+        let distance_squared = to_light.length_squared();
         if distance_squared == 0.0 {
             return None;
         }
         Some(EmitterSample {
-            direction: way / distance_squared.sqrt(),
+            direction: to_light / distance_squared.sqrt(),
             shadow_ray: Ray::between(from, self.position),
             value: self.intensity / distance_squared,
             pdf: None,

@@ -6,7 +6,7 @@ use super::{
     },
 };
 use crate::{
-    bsdf::Sample,
+    bsdf::BsdfSample,
     film::LayerSpec,
     math::Rgb,
     sampler::PathSampler,
@@ -127,7 +127,7 @@ struct PastGlass {
 }
 
 impl PastGlass {
-    fn scatter(&mut self, point: &ShadingPoint<'_>, sample: &Sample, path: &CameraPath<'_>) {
+    fn scatter(&mut self, point: &ShadingPoint<'_>, sample: &BsdfSample, path: &CameraPath<'_>) {
         if self.is_on {
             let passes = sample.wo.z * point.query.wi.z < 0.0;
             self.is_found = path.is_from_smooth_lobe() || self.is_found && passes;

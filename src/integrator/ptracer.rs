@@ -96,13 +96,13 @@ impl LightTracing<'_> {
     /// Connects a vertex with the camera: a position on the film and the value that the camera sees there.
     fn sample_sensor(&self, vertex: &LightVertex<'_>, sampler: &mut PathSampler) -> Option<(DVec2, Rgb)> {
         let (scene, point) = (self.scene, &vertex.point);
-        if !point.bsdf.is_smooth() || self.integrator.hide_emitters && scene.is_light(&point.si) {
+        if !point.bsdf.is_smooth() || self.integrator.hide_emitters && scene.is_emitter(&point.si) {
             return None;
         }
         let surface = &point.si.surface;
         let sensor_sample = scene.sensor.camera.sample_direction(surface.p, sampler.next_2d())?;
         // Beside the film there is nothing to see.
-        scene.sensor.film.seen_by(sensor_sample.film).next()?;
+        scene.sensor.film.pixels_covering(sensor_sample.film).next()?;
         let wo = surface.shading.to_local(sensor_sample.direction);
         let mut scattered = point.bsdf.eval_cos(&point.query, wo);
         if scattered == Rgb::ZERO || self.is_hidden(&sensor_sample.ray) {
@@ -122,7 +122,7 @@ impl LightTracing<'_> {
         }
         let mut rest = *ray;
         while let Some(si) = self.scene.intersect(&rest) {
-            if !self.scene.is_light(&si) {
+            if !self.scene.is_emitter(&si) {
                 return true;
             }
             rest.t_min = si.t + Ray::leaving_distance(si.surface.p) / ray.direction.length();

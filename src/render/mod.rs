@@ -73,9 +73,9 @@ impl Renderer {
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.scene.warnings().to_vec();
-        if !self.scene.shines() && self.integrator.needs_light() {
+        if !self.scene.emits_light() && self.integrator.needs_light() {
             let what =
-                if self.scene.has_lights() { "the scene's lights have no power" } else { "the scene has no light" };
+                if self.scene.has_emitters() { "the scene's lights have no power" } else { "the scene has no light" };
             warnings.push(format!("{what}: the image will be black"));
         }
         // Light paths start at emitters only, and self-emission is not one.

@@ -4,7 +4,7 @@ use crate::{
     scene_file::{Category, Described, Params, Plugin, SceneError, manual},
 };
 
-/// Independent uniform numbers from PCG.
+/// Independent uniform random numbers from PCG.
 #[derive(Clone, Debug)]
 pub struct Independent {
     pub(super) common: Common,
@@ -21,7 +21,7 @@ impl Described for Independent {
         category: Category::Sampler,
         manual: manual!("independent.rs": "Independent"),
         name: "independent",
-        summary: "Independent uniform sampler; the only sampler whose per-pixel variances are exact.",
+        summary: "Independent uniform random numbers; the only sampler for which per-pixel variances are exact.",
         params: &[SAMPLE_COUNT, SEED],
         examples: &[r#"<sampler type="independent"><integer name="sample_count" value="16"/></sampler>"#],
         evidence: &["sampler/variance", "sampler/dimensions", "reference/diffuse-room"],

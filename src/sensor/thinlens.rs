@@ -8,7 +8,7 @@ use crate::{
     scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
 };
 
-/// A camera with an ideal thin lens: points in the plane at `focus_distance` are sharp, others are discs.
+/// A camera with an ideal thin lens. Points in the plane at `focus_distance` are in focus, others blur to discs.
 #[derive(Clone, Debug)]
 pub struct ThinLens {
     projection: Projection,
@@ -24,7 +24,7 @@ impl Described for ThinLens {
         summary: "A camera with an ideal thin lens, for depth of field.",
         params: &[
             Param::required("aperture_radius", ParamKind::Float, "the radius of the lens").within(Range::LENGTH),
-            Param::optional("focus_distance", ParamKind::Float, "far_clip", "the depth of the plane that is sharp")
+            Param::optional("focus_distance", ParamKind::Float, "far_clip", "the depth of the plane in focus")
                 .within(Range::LENGTH),
             FOV,
             FOCAL_LENGTH,
@@ -50,7 +50,7 @@ impl Described for ThinLens {
 }
 
 impl ThinLens {
-    /// A point of the lens.
+    /// A sampled point of the lens, in local coordinates.
     fn on_lens(&self, u: DVec2) -> DVec3 {
         (self.aperture_radius * warp::square_to_disc(u)).extend(0.0)
     }

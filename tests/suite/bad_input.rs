@@ -85,15 +85,12 @@ fn what_mitsuba_refuses_too() {
             "a shape used twice",
             shapes(
                 &format!(r#"<shape type="sphere" id="s">{lamp}</shape><ref id="s"/>"#),
-                &["this emitter stands in several places"],
+                &["this emitter is used more than once"],
             ),
         ),
         (
             "a crop beyond the film",
-            scene(
-                kit::scene_of(&[INTEGRATOR, &crop, SKY]),
-                &["the crop of 16 from 3 does not lie within the film's 16"],
-            ),
+            scene(kit::scene_of(&[INTEGRATOR, &crop, SKY]), &["the crop of 16 from 3 is not within the film's 16"]),
         ),
         ("samples twice", scene(kit::scene_of(&[both, SENSOR, SKY]), &["\"shading_samples\" stands beside"])),
         ("a material and its index", shapes(metal, &["both a material and its index are given"])),
@@ -172,20 +169,20 @@ fn scenes_that_lack_parts_or_have_too_many() {
                 &["a shape \"sphere\" can have only one bsdf, this has 2"],
             ),
         ),
-        ("two skies", shapes(SKY, &["a second emitter surrounds the scene; only one can"])),
+        ("two skies", shapes(SKY, &["the scene has a second environment emitter; give it only one"])),
         ("medium", shapes("<medium type=\"homogeneous\"/>", &["a medium is not supported"])),
         (
             "glass with two sides",
             shapes(
                 r#"<shape type="sphere"><bsdf type="twosided"><bsdf type="dielectric"/></bsdf></shape>"#,
-                &["this bsdf lets light through; only bsdfs that reflect can be two-sided"],
+                &["this bsdf transmits light; only bsdfs that reflect can be two-sided"],
             ),
         ),
         (
             "lamp without a shape",
             shapes(
                 "<emitter type=\"area\"/>",
-                &["an area emitter stands in no shape; put it inside the shape that shines"],
+                &["an area emitter must be inside a shape; put it inside the shape that emits light"],
             ),
         ),
     ]);
@@ -300,14 +297,14 @@ fn parameters_that_are_wrong() {
             "far",
             shapes(
                 r#"<shape type="cube"><transform name="to_world"><scale value="1e90"/></transform></shape>"#,
-                &["the shape reaches too far; no coordinate may be beyond 1e15"],
+                &["the shape extends too far; no coordinate may exceed 1e15"],
             ),
         ),
         (
             "scaled sensor",
             scene(
                 camera("<scale value=\"2\"/>"),
-                &["the sensor's to_world scales or shears; a camera can only be turned, moved and mirrored"],
+                &["the sensor's to_world scales or shears; a camera can only be rotated, moved and mirrored"],
             ),
         ),
         ("far sensor", scene(camera("<translate z=\"1e90\"/>"), &["the sensor is too far away"])),
@@ -316,7 +313,7 @@ fn parameters_that_are_wrong() {
             "large film",
             scene(
                 film("1000000", "1000000"),
-                &["a film of 1000000 x 1000000 pixels; at most 100000000 pixels can be rendered at once"],
+                &["the film has 1000000 x 1000000 pixels; at most 100000000 pixels can be rendered at once"],
             ),
         ),
         (
@@ -543,7 +540,7 @@ fn triangles_without_area_are_counted_in_one_warning() {
     assert_eq!(said.code, Some(0));
     assert!(said.err.starts_with("warning: scene.xml:"), "{}", said.err);
     assert!(
-        said.err.ends_with("triangles without area are left out: 3\n") && said.err.lines().count() == 1,
+        said.err.ends_with("triangles without area are ignored: 3\n") && said.err.lines().count() == 1,
         "{}",
         said.err
     );

@@ -159,7 +159,7 @@ fn scenes_that_photons_cannot_treat() {
     let tracer = r#"<integrator type="ptracer"/>"#;
     let passes = r#"<integrator type="sppm"/>"#;
     let wrapped = format!(r#"<integrator type="moment">{photons}</integrator>"#);
-    const ENDLESS: &[&str] = &["cannot treat this scene: light from infinitely far away falls on an infinite plane"];
+    const ENDLESS: &[&str] = &["cannot treat this scene: a distant emitter illuminates an infinite plane"];
     const STRONG: &str = r#"<emitter type="point"><rgb name="intensity" value="1e30"/></emitter>"#;
     let stronger = r#"<shape type="rectangle"><transform name="to_world"><scale value="1e6"/></transform>
         <emitter type="area"><rgb name="radiance" value="1e30"/></emitter></shape>"#;
@@ -211,7 +211,7 @@ fn scenes_that_stay_black_say_why() {
     let glass = r#"<shape type="sphere"><point name="center" x="90" y="0" z="0"/><bsdf type="dielectric"/></shape>"#;
     let photons = mapper("");
     let unlit = "none of 2000 photons carried any light";
-    let empty = "none of 2000 photons met a surface that could keep it: there is no light in the global map";
+    let empty = "none of 2000 photons hit a surface that can store it: the global map is empty";
     let passes = r#"<integrator type="sppm"><integer name="photon_count" value="2000"/></integrator>"#;
     for integrator in [r#"<integrator type="path"/>"#, r#"<integrator type="ptracer"/>"#, &photons, passes] {
         let is_mapper = integrator == photons || integrator == passes;
@@ -228,7 +228,7 @@ fn scenes_that_stay_black_say_why() {
     assert_eq!(warnings(passes, &[BALL, aside], ""), [empty]);
     let wrapped = format!(r#"<integrator type="aov"><string name="aovs" value="z:depth"/>{photons}</integrator>"#);
     assert_eq!(warnings(&wrapped, &[BALL, aside], ""), [empty]);
-    let none = "none of 2000 photons was cast on a surface by mirrors or glass: no caustics";
+    let none = "none of 2000 photons reached a surface through mirrors or glass: the image has no caustics";
     assert_eq!(warnings(&photons, &[BALL, glass, BULB], "--param max_depth=2"), [none]);
     let seen = warnings(r#"<integrator type="ptracer"/>"#, &[MIRROR, BULB], "");
     assert_eq!(seen.len(), 1);
