@@ -3,10 +3,10 @@
 //! Three statistics share the level α by Bonferroni, a third each. Each detects errors that the others miss:
 //!
 //! - **global**: Welch's test of each of the three channel means of the image, Šidák-corrected over 3. It detects a
-//! small bias everywhere.
+//!   small bias everywhere.
 //! - **peak**: the smallest p over tiles × channels, Šidák-corrected over their number. It detects a local error.
 //! - **scatter**: a chi-square test of Σz² over tile luminances. Each z is the z-score with the p of its tile's Welch
-//! test, so few degrees of freedom do not inflate it. It detects many small errors that cancel in the mean.
+//!   test, so few degrees of freedom do not inflate it. It detects many small errors that cancel in the mean.
 //!
 //! The scatter test assumes independent tiles. They are independent for paths traced pixel by pixel, but not for
 //! photons shared by many pixels or for Markov chains.
