@@ -93,9 +93,10 @@ fn mapper() -> Renderer {
 
 fn seen_through(effort: Effort) -> Vec<Finding> {
     const SAMPLES: u32 = 48;
+    const REPLICATES: u32 = 40;
     let renderer = mapper();
     let mut found = [Moments::default(); RINGS.len()];
-    for number in 0..u64::from(effort.samples(40)) {
+    for number in 0..u64::from(effort.samples(REPLICATES)) {
         let film = renderer.render(Replicate { seed: 51, number, samples: SAMPLES }, &|_| {});
         let shown: Vec<_> = film.means().into_iter().map(Rgb::from_array).collect();
         found.iter_mut().zip(ring_means(&shown)).for_each(|(moments, mean)| moments.push(mean));
@@ -109,7 +110,7 @@ fn seen_through(effort: Effort) -> Vec<Finding> {
         findings.push(Finding::mean(format!("{subject}, blurred"), moments, blurred));
         let exact = Estimate::exact(scale * PANE.radiance(eye, direction, 1.0, 0));
         let estimate = Estimate::from_moments(moments).expect("there are two replicates or more");
-        findings.push(Finding::equivalent(subject, &estimate, &exact, 0.02));
+        findings.push(Finding::equivalent(subject, &estimate, &exact, effort.bound(REPLICATES, 0.02)));
     }
     findings
 }

@@ -42,10 +42,11 @@ fn scene(schedule: &str) -> Renderer {
 }
 
 fn seen_through(effort: Effort) -> Vec<Finding> {
+    const IMAGES: u32 = 20;
     let mut findings = Vec::new();
     for (which, schedule) in [PER_PASS, PER_PIXEL].into_iter().enumerate() {
         let renderer = scene(schedule);
-        let found: Vec<_> = (0..effort.samples(20))
+        let found: Vec<_> = (0..effort.samples(IMAGES))
             .into_par_iter()
             .map(|number| means(&mut Image::new(&renderer, PASSES, 75 + which as u64, u64::from(number))))
             .collect();
@@ -60,7 +61,7 @@ fn seen_through(effort: Effort) -> Vec<Finding> {
             }
             let exact = Estimate::exact(scale * PANE.radiance(eye, direction, 1.0, 0));
             let estimate = Estimate::from_moments(&moments).expect("there are two images or more");
-            findings.push(Finding::equivalent(subject, &estimate, &exact, 0.02));
+            findings.push(Finding::equivalent(subject, &estimate, &exact, effort.bound(IMAGES, 0.02)));
         }
     }
     findings
