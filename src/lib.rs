@@ -1,44 +1,65 @@
-//! A deterministic, seeded light-transport laboratory: it reads Mitsuba 3's scene files, renders them, and proves what
-//! it renders.
+//! Étendue is a deterministic light-transport testbed. It reads Mitsuba 3 scenes, renders them, and checks its images
+//! against closed-form laws and against Mitsuba, with known error rates.
 //!
-//! The modules stand in this order, and each uses only itself and those above it; a test holds them to it:
+//! It is meant for people who develop or compare rendering algorithms and need to know whether a difference between two
+//! images is noise. An image is a function of the scene, the integrator and the seed, to the last bit, on any number of
+//! threads. It works in linear RGB on the CPU; it has no participating media but absorption within glass.
 //!
-//! 1. what everything stands on: [`math`], [`stats`] and [`law`], which is how claims are written down;
-//! 2. what a scene file says: [`scene_file`], and [`provenance`], which hashes its files;
-//! 3. what a scene is made of: [`texture`], [`shape`], [`bsdf`], [`emitter`], [`sampler`], [`film`], [`sensor`], and the
-//!    [`scene`] that they make;
-//! 4. how light travels through it: [`transport`], [`photon`], [`integrator`], [`render`];
-//! 5. all of it looked at from outside: the [`catalogue`] of everything that scene files can name, the [`comparison`] of
-//!    images, the [`validation`] of claims, its [`report`], and the [`study`] of how errors fall;
-//!    `plot` draws for the last two.
+//! # A first image
 //!
-//! The command line, `cli`, is the binary's.
-//!
-//! A white ball under an even sky cannot be seen, because every path brings the sky's radiance:
+//! A white ball under a uniform sky cannot be seen: it reflects from every direction what it hides.
 //!
 //! ```
-//! use std::path::Path;
+//! use etendue::prelude::*;
 //!
-//! use etendue::{integrator::Overrides, scene_file::xml, render::{Replicate, Renderer}};
+//! let camera = sensor("perspective")
+//!     .with("to_world", Transform::new().look_at([0.0, 0.0, 4.0], [0.0, 0.0, 0.0], [0.0, 1.0, 0.0]))
+//!     .child(film("hdrfilm").with("width", 8).with("height", 8));
+//! let document = scene()
+//!     .child(integrator("path"))
+//!     .child(camera)
+//!     .child(shape("sphere").child(bsdf("diffuse").with("reflectance", 1.0)))
+//!     .child(emitter("constant").with("radiance", 0.5))
+//!     .build()?;
 //!
-//! let scene = r#"<scene version="3.0.0">
-//!     <integrator type="path"/>
-//!     <sensor type="perspective">
-//!         <transform name="to_world"><lookat origin="0, 0, 4" target="0, 0, 0" up="0, 1, 0"/></transform>
-//!         <film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="8"/></film>
-//!     </sensor>
-//!     <shape type="sphere"><bsdf type="diffuse"><rgb name="reflectance" value="1"/></bsdf></shape>
-//!     <emitter type="constant"><rgb name="radiance" value="0.5"/></emitter>
-//! </scene>"#;
-//! let document = xml::parse(scene, "scene.xml", Path::new(""), &[])?;
 //! let renderer = Renderer::new(&document, &Overrides::default())?;
 //! let film = renderer.render(Replicate { seed: 1, number: 0, samples: 256 }, &|_| {});
 //! for [red, green, blue] in film.means() {
 //!     assert!((red - 0.5).abs() < 0.1 && green == red && blue == red);
 //! }
-//! # Ok::<(), etendue::node::SceneError>(())
+//! # Ok::<(), SceneError>(())
 //! ```
+//!
+//! A scene file gives the same document: `xml::read(Path::new("scene.xml"), &[])?`. The folder `examples` of the repository
+//! has programs that render to an array, render a caustic by photon mapping, and compare two films.
+//!
+//! # A tour
+//!
+//! The modules stand in layers: each uses only itself and those before it, which a test checks. The terms that are our own
+//! are defined in the [`glossary`].
+//!
+//! 1. **Foundations.** [`memory`] makes room that may not be had. [`math`] has vectors, rays, frames, and random streams. [`stats`] has moments, exact sums, tests and
+//!    the verdict on two images. [`law`] is how claims are written down.
+//! 2. **Scene descriptions.** [`scene_file`] makes a [`Document`](scene_file::Document) from Mitsuba's XML
+//!    ([`scene_file::xml`]) or from code ([`scene_file::builder`]). [`provenance`] hashes what a scene was made from.
+//! 3. **Scenes.** Each kind of plugin has a module with a closed list of members, whose documentation is their manual:
+//!    [`texture`], [`shape`], [`bsdf`], [`emitter`], [`sampler`], [`film`], [`sensor`]. A [`scene`] holds what a document
+//!    describes, ready for rays.
+//! 4. **Light transport.** [`transport`] has what integrators share, [`photon`] has photon maps, and [`integrator`] has the
+//!    estimators: `path`, `ptracer`, `photonmapper`, `sppm` and others. A [`Renderer`](render::Renderer) of [`render`] takes
+//!    samples on all threads and adds them to a [`Film`](film::Film).
+//! 5. **Use and checks.** The [`catalogue`] lists all plugins with their parameters. A [`comparison`] judges two images. The
+//!    [`prelude`] has what most programs need. [`validation`] runs all laws and compares all scenes, `report` shows the
+//!    result as a page, and a `study` measures how errors fall.
+//!
+//! The command line is the binary's own module and not part of the library.
+//!
+//! # Features
+//!
+//! All features are on by default. Without them the library reads scenes, renders them and compares images. The feature
+//! `verify` adds the modules `validation` and `report`, and `study` adds `study`.
 
+pub mod memory;
 pub mod math;
 pub mod stats;
 pub mod law;
@@ -58,7 +79,15 @@ pub mod integrator;
 pub mod render;
 pub mod catalogue;
 pub mod comparison;
+pub mod prelude;
+#[cfg(feature = "verify")]
 pub mod validation;
+#[cfg(feature = "verify")]
 mod plot;
+#[cfg(feature = "verify")]
 pub mod report;
+#[cfg(feature = "study")]
 pub mod study;
+
+#[doc = include_str!("../docs/glossary.md")]
+pub mod glossary {}

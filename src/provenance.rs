@@ -39,12 +39,21 @@ pub fn hash_of_file(path: &std::path::Path) -> io::Result<String> {
     Ok(hexadecimal(&Sha256::digest(fs::read(path)?)))
 }
 
-/// The SHA-256 of the hashes of all files of a scene, in order.
+/// The SHA-256 of what a scene is made of, in hexadecimal: of the hashes of all its files, in order, after all objects and
+/// parameters if it was built in code.
 ///
 /// # Errors
-/// If one cannot be read.
+/// If a file cannot be read.
 pub fn scene_hash(document: &Document) -> io::Result<String> {
     let mut all = Sha256::new();
+    if document.files.is_empty() {
+        for object in &document.objects {
+            all.update(format!("{:?} {:?}\n", object.category, object.plugin));
+            for property in &object.properties {
+                all.update(format!("{:?} {:?}\n", property.name, property.value));
+            }
+        }
+    }
     for file in files(document) {
         all.update(hash_of_file(&file)?);
     }

@@ -1,7 +1,7 @@
-//! What surfaces do with light.
+//! Materials: bidirectional scattering distribution functions (BSDFs).
 //!
-//! Directions are local: the shading normal is +z. As in Mitsuba, `wi` points back to where the path comes from (to
-//! the camera, in path tracing) and `wo` along the one that is asked for. [`BsdfModel::eval_cos`] includes the cosine at
+//! Directions are local unit vectors; the shading normal is +z. As in Mitsuba, `wi` points back along the path (to the camera,
+//! in path tracing), and `wo` is the direction that is sampled or evaluated. [`BsdfModel::eval_cos`] includes the cosine of
 //! `wo`; all densities are per solid angle of `wo`.
 
 mod blend;
@@ -48,107 +48,109 @@ pub enum TransportMode {
     Importance,
 }
 
-/// Where and from which side a BSDF is asked.
+/// The point and the direction for which a BSDF is evaluated or sampled.
 #[derive(Clone, Copy, Debug)]
 pub struct Query {
-    /// The local unit direction to where the path comes from.
+    /// The local unit direction back along the path.
     pub wi: DVec3,
     /// Texture coordinates.
     pub uv: DVec2,
-    /// What travels.
+    /// The quantity that travels along the path.
     pub mode: TransportMode,
 }
 
-/// The kind of scattering that a sample stands for.
+/// The kind of scattering of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lobe {
-    /// It has a density over directions.
+    /// A density over directions.
     Smooth,
-    /// A single direction: a mirror or a refraction.
+    /// A delta (specular) direction: a reflection or a refraction.
     Delta,
-    /// A single direction, the straight one: nothing happened.
+    /// A delta direction straight on: the surface changes nothing.
     Null,
 }
 
 /// A sampled direction.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
-    /// The local unit direction in which the path goes on.
+    /// The local unit direction in which the path continues.
     pub wo: DVec3,
-    /// `eval_cos / pdf`; for a single direction, what is left of the light per chance of choosing it.
+    /// `eval_cos / pdf`; for a delta direction, its reflectance or transmittance divided by the probability of choosing it.
     pub weight: Rgb,
-    /// The density of `wo`; for a single direction, the chance of choosing it.
+    /// The density of `wo` in 1/sr; for a delta direction, the probability of choosing it.
     pub pdf: PerSolidAngle,
-    /// What kind of scattering it was.
+    /// The kind of scattering.
     pub lobe: Lobe,
-    /// The relative index of refraction that was crossed, of the side of `wo` to that of `wi`; 1 otherwise.
+    /// The index of refraction on the side of `wo` relative to that on the side of `wi`; 1 without refraction.
     pub eta: f64,
 }
 
-/// What a BSDF answers.
+/// The interface of all BSDFs.
 #[enum_dispatch]
 pub trait BsdfModel {
-    /// Whether there is anything but single directions, so that connecting to a light can find light.
+    /// Whether it has a component that is not a delta direction, so that emitter sampling can find light.
     fn is_smooth(&self) -> bool;
 
-    /// `f(wi, wo) |cos θ(wo)|`, without single directions.
+    /// `f(wi, wo) |cos θ(wo)|` in 1/sr, without delta directions.
     fn eval_cos(&self, query: &Query, wo: DVec3) -> Rgb;
 
-    /// The density with which [`BsdfModel::sample`] draws `wo`, without single directions.
+    /// The density with which [`BsdfModel::sample`] samples `wo`, without delta directions.
     fn pdf(&self, query: &Query, wo: DVec3) -> PerSolidAngle;
 
-    /// Draws a direction; None if the light is absorbed or the draw failed, which then carries nothing.
+    /// Samples a direction with the numbers `u1` and `u2`, uniform on [0, 1). None if the light is absorbed or the sample has
+    /// a weight of 0.
     fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<Sample>;
 
-    /// The colour that the `albedo` layer shows: the reflectance, as good as the model knows it.
+    /// The reflectance, from 0 to 1 in each channel. An approximation, for the albedo layer of `aov`.
     fn albedo(&self, uv: DVec2) -> Rgb;
 
-    /// Whether it scatters over so few directions that a path from the eye should rather go on than look around for
-    /// photons, of which next to none would come from there.
+    /// Whether its lobe is so narrow that a camera path should continue rather than gather photons, of which almost none lie
+    /// in the lobe.
     fn is_glossy(&self) -> bool {
         false
     }
 
-    /// Whether there are single directions.
+    /// Whether it has delta directions.
     fn has_delta(&self) -> bool {
         !self.is_smooth()
     }
 
-    /// Whether light gets to the other side.
+    /// Whether light passes to the other side.
     fn transmits(&self) -> bool {
         false
     }
 
-    /// Whether there are two different media at its sides, so that it needs an inside and an outside.
+    /// Whether it separates two media, so that its shape needs an inside and an outside.
     fn is_interface(&self) -> bool {
         false
     }
 
-    /// The absorption coefficient of the medium below the normal, per unit of length.
+    /// The absorption coefficient of the medium on the side opposite to the normal, in 1/m.
     fn absorption(&self) -> Rgb {
         Rgb::ZERO
     }
 
-    /// What a straight line through the surface keeps of its light; None if it is opaque.
+    /// The transmittance along a straight line through the surface, from 0 to 1; None if it is opaque.
     fn straight_transmittance(&self, _query: &Query) -> Option<Rgb> {
         None
     }
 
-    /// Whether it ever shows radiance by itself.
+    /// Whether it emits radiance anywhere.
     fn has_self_emission(&self) -> bool {
         false
     }
 
-    /// Radiance that a side of the surface shows by itself, whatever the light; not physical.
+    /// The radiance that one side of the surface emits. It is added when a path hits the surface, but it is never sampled as an
+    /// emitter; not physical.
     fn self_emission(&self, _surface: &Surface, _is_front: bool) -> Rgb {
         Rgb::ZERO
     }
 }
 
 catalogue! {
-    /// A surface's way with light.
+    /// A material.
     pub enum Bsdf: BsdfModel in Category::Bsdf, {
-        /// Lambert's.
+        /// Diffuse reflection after Lambert.
         Diffuse(Diffuse),
         /// Smooth glass.
         Dielectric(Glass<Dielectric>),
@@ -162,11 +164,11 @@ catalogue! {
         Metal(Metal),
         /// A glossy lobe around the mirror direction over a diffuse base.
         Phong(Phong),
-        /// Two at once.
+        /// A mixture of two materials.
         Blend(Blend),
-        /// The same from behind.
+        /// A material that has the same properties on both sides, or another one on its back.
         TwoSided(TwoSided),
-        /// Nothing at all.
+        /// An interface without effect.
         Null(Null),
         /// The shading normal as a colour.
         Normals(Normals),

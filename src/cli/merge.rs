@@ -1,7 +1,7 @@
 use std::{path::PathBuf, process::ExitCode};
 
 use clap::Args;
-use etendue::render::checkpoint::{Checkpoint, in_words};
+use etendue::render::checkpoint::Checkpoint;
 
 use super::{check_writable, outputs::Picture};
 
@@ -31,13 +31,10 @@ pub(crate) struct Merge {
 impl Merge {
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
         let merged = self.merged()?;
-        let missing = merged.record.missing();
-        anyhow::ensure!(
-            missing.is_empty() || self.partial,
-            "{} of {} are missing; give the checkpoints that have them, or --partial",
-            in_words(&missing),
-            merged.record.goal.map_or("those before the last".to_owned(), |goal| goal.to_string())
-        );
+        if !self.partial {
+            let complete = merged.record.check_complete();
+            complete.map_err(|error| anyhow::anyhow!("{error}; give the checkpoints that have them, or --partial"))?;
+        }
         let outputs = self.output.as_deref().map(|exr| self.picture.beside(exr, &merged.film)).transpose()?;
         if let Some(file) = &self.checkpoint {
             check_writable(file)?;

@@ -1,8 +1,11 @@
 //! The command line.
 
+pub(crate) mod allocator;
 mod compare;
 mod checkpoint_options;
+mod faults;
 mod merge;
+mod numbers;
 mod outputs;
 mod photons;
 mod plugins;

@@ -7,6 +7,7 @@ use etendue::{
     math::Rgb,
     photon::{EmittedPhotons, PhotonMapKind, files},
     render::Renderer,
+    sampler::SamplerModel as _,
     scene_file::{Described as _, Document},
 };
 
@@ -38,13 +39,16 @@ pub(crate) struct Photons {
 
 impl Photons {
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
+        // Meshes are made ready by several threads too.
+        self.source.threads()?.install(|| self.emit())
+    }
+
+    fn emit(&self) -> anyhow::Result<ExitCode> {
         let document = self.source.read()?;
-        let renderer = self.source.renderer(&document, replacement(&document))?;
+        let renderer = self.source.renderer(&document, &self.source.overrides(replacement(&document)))?;
         self.check_outputs()?;
-        let seed = self.source.seed(&renderer.scene);
-        let pool = self.source.threads()?;
-        let harvests = PhotonMapKind::ALL
-            .map(|kind| pool.install(|| mapper(&renderer).trace_photons(&renderer.scene, kind, seed, 0)));
+        let seed = self.source.seed().unwrap_or_else(|| renderer.scene.sensor.sampler.seed());
+        let harvests = PhotonMapKind::ALL.map(|kind| mapper(&renderer).trace_photons(&renderer.scene, kind, seed, 0));
         for (kind, emitted) in PhotonMapKind::ALL.into_iter().zip(&harvests) {
             print(kind, emitted.as_ref())?;
         }

@@ -46,6 +46,7 @@ fn kind(param: &Param) -> String {
         ParamKind::Texture => "texture".into(),
         ParamKind::Point => "point".into(),
         ParamKind::Transform => "transform".into(),
+        ParamKind::Mesh => "mesh".into(),
         ParamKind::Object(category) => category.tag().into(),
     }
 }

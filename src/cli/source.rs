@@ -3,11 +3,15 @@ use std::path::PathBuf;
 use clap::Args;
 use etendue::{
     integrator::{IntegratorModel as _, Overrides},
-    render::{Renderer, Replicate, checkpoint::Identity},
-    sampler::{Sampler, SamplerModel as _},
-    scene::Scene,
-    scene_file::{Document, SceneError, xml},
+    render::{
+        Renderer,
+        checkpoint::{Identity, RenderSource},
+    },
+    sampler::Sampler,
+    scene_file::{Document, xml},
 };
+
+use super::{faults, numbers};
 
 /// Which scene, with which values, seed and threads.
 #[derive(Debug, Args)]
@@ -25,10 +29,10 @@ pub(super) struct SceneOptions {
     #[arg(long, value_name = "NAME=VALUE", value_parser = definition)]
     param: Vec<(String, String)>,
     /// The seed [default: the sampler's, or 0].
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = numbers::seed)]
     seed: Option<u64>,
     /// Threads [default: one per core]. Results do not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", value_parser = numbers::count)]
     threads: Option<u16>,
 }
 
@@ -37,40 +41,36 @@ fn definition(text: &str) -> Result<(String, String), String> {
     Ok((name.to_owned(), value.to_owned()))
 }
 
-fn whole(text: &str) -> Result<u64, String> {
-    text.parse().map_err(|_| format!("write a whole number from 0 to {}", u64::MAX))
-}
-
 impl SceneOptions {
     /// What the file says, with the sampler that is asked for.
-    pub(super) fn read(&self) -> Result<Document, SceneError> {
-        let mut document = xml::read(&self.scene, &self.define)?;
+    pub(super) fn read(&self) -> anyhow::Result<Document> {
+        let mut document = xml::read(&self.scene, &self.define).map_err(|error| faults::of_scene(&error))?;
         if let Some(name) = &self.sampler {
             Sampler::replace(&mut document, name);
         }
         Ok(document)
     }
 
+    /// What is changed of the scene's integrator: its name, and its parameters.
+    pub(super) fn overrides(&self, integrator: Option<String>) -> Overrides {
+        Overrides { name: integrator, params: self.param.clone() }
+    }
+
     /// The scene with its integrator or the one that is named; warns of what is strange about them.
-    pub(super) fn renderer(&self, document: &Document, integrator: Option<String>) -> Result<Renderer, SceneError> {
-        let renderer = Renderer::new(document, &self.overrides(integrator))?;
+    pub(super) fn renderer(&self, document: &Document, overrides: &Overrides) -> anyhow::Result<Renderer> {
+        let renderer = Renderer::new(document, overrides).map_err(|error| faults::of_scene(&error))?;
         super::warn(&renderer.warnings());
         Ok(renderer)
     }
 
-    fn overrides(&self, integrator: Option<String>) -> Overrides {
-        Overrides { name: integrator, params: self.param.clone() }
-    }
-
-    /// What the samples of a render with these options are a function of.
-    pub(super) fn identity(
-        &self,
-        document: &Document,
-        integrator: Option<String>,
-        renderer: &Renderer,
-        replicate: Replicate,
-    ) -> Result<Identity, SceneError> {
-        Identity::new(document, &self.define, &self.overrides(integrator), renderer, replicate)
+    /// What a render with these options is made from.
+    pub(super) fn source<'a>(
+        &'a self,
+        document: &'a Document,
+        overrides: &'a Overrides,
+        renderer: &'a Renderer,
+    ) -> RenderSource<'a> {
+        RenderSource { renderer, document, definitions: &self.define, overrides }
     }
 
     /// What an image's header says of how it was made.
@@ -89,9 +89,9 @@ impl SceneOptions {
         attributes.into_iter().chain(not_physical).map(|(name, value)| (name.to_owned(), value)).collect()
     }
 
-    /// The seed.
-    pub(super) fn seed(&self, scene: &Scene) -> u64 {
-        self.seed.unwrap_or(scene.sensor.sampler.seed())
+    /// The seed, unless the scene's is to be used.
+    pub(super) fn seed(&self) -> Option<u64> {
+        self.seed
     }
 
     /// So many threads as are asked for.

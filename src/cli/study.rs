@@ -10,7 +10,7 @@ use clap::Args;
 use etendue::study::{self, Plan, Run, evaluate, plan, run::RunExecutor};
 use glob::Pattern;
 
-use super::{FAILED, say};
+use super::{FAILED, numbers, say};
 
 /// Measures how errors fall: renders scenes by several methods and budgets with independent seeds, and fits the errors.
 ///
@@ -39,10 +39,10 @@ pub(crate) struct Study {
     #[arg(long, value_name = "GLOB", default_value = "*")]
     only: String,
     /// Runs at a time.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = numbers::count)]
     jobs: u16,
     /// Threads of each run [default: one per core, shared by the jobs]. Images do not depend on it.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", value_parser = numbers::count)]
     threads: Option<u16>,
 }
 

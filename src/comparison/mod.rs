@@ -2,6 +2,7 @@
 
 pub mod equivalence;
 mod metrics;
+mod npy;
 pub mod pictures;
 mod reference;
 

@@ -1,8 +1,9 @@
 //! False-colour pictures of where two images differ.
 
-use image::{Rgb, RgbImage};
-
-use crate::stats::{Verdict, tiles::luminance};
+use crate::{
+    film::picture::RgbImage,
+    stats::{Verdict, tiles::luminance},
+};
 
 /// The signed difference of luminances relative to the mean luminance of the reference: blue where the test is
 /// darker, red where it is brighter, white where they are equal; full colour at `range`.
@@ -27,7 +28,7 @@ pub fn p_values(verdict: &Verdict, width: usize, height: usize, tile: usize) -> 
 }
 
 fn picture(width: usize, height: usize, colour: impl Fn(usize) -> [u8; 3]) -> RgbImage {
-    RgbImage::from_fn(width as u32, height as u32, |x, y| Rgb(colour(y as usize * width + x as usize)))
+    RgbImage::from_fn(width as u32, height as u32, |x, y| colour(y as usize * width + x as usize))
 }
 
 /// From -1 (blue) over 0 (white) to 1 (red).

@@ -1,13 +1,12 @@
 use std::{
     collections::BTreeMap,
-    fs::{self, File},
-    io::BufReader,
+    fs,
     path::{Path, PathBuf},
 };
 
 use serde::Deserialize;
 
-use super::TILE;
+use super::{TILE, npy};
 use crate::{
     film::exr::{self, FileError},
     provenance,
@@ -192,14 +191,12 @@ fn load_provenance(folder: &Path) -> Result<Provenance, ReferenceError> {
 /// The array of shape (batches, rows of tiles, columns of tiles, 3).
 fn load_batches(file: &Path, tiling: &Tiling) -> Result<Vec<Vec<[f64; 3]>>, ReferenceError> {
     let broken = |what: String| ReferenceError::Broken { file: file.to_owned(), what };
-    let reader = File::open(file).map_err(|error| broken(error.to_string()))?;
-    let array = npyz::NpyFile::new(BufReader::new(reader)).map_err(|error| broken(error.to_string()))?;
-    let shape = array.shape().to_vec();
-    let (rows, columns) = (tiling.rows() as u64, tiling.columns() as u64);
+    let bytes = fs::read(file).map_err(|error| broken(error.to_string()))?;
+    let npy::Array { shape, values } = npy::read(&bytes).map_err(broken)?;
+    let (rows, columns) = (tiling.rows(), tiling.columns());
     if shape.len() != 4 || shape[1..] != [rows, columns, 3] {
         return Err(broken(format!("has shape {shape:?}; the image needs (batches, {rows}, {columns}, 3)")));
     }
-    let values: Vec<f32> = array.into_vec().map_err(|error| broken(error.to_string()))?;
     let pixels: Vec<[f64; 3]> = values.chunks_exact(3).map(|p| [0, 1, 2].map(|c| f64::from(p[c]))).collect();
-    Ok(pixels.chunks_exact((rows * columns) as usize).map(<[_]>::to_vec).collect())
+    Ok(pixels.chunks_exact(rows * columns).map(<[_]>::to_vec).collect())
 }

@@ -283,9 +283,10 @@ mod tests {
     fn a_light_that_shines_between_the_points_of_a_grid_has_power() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let file = folder.path().join("spark.png");
-        let mut picture = image::GrayImage::new(256, 256);
-        picture.put_pixel(0, 0, image::Luma([255]));
-        picture.save(&file).expect("a picture");
+        let mut pixels = vec![0; 256 * 256];
+        pixels[0] = 255;
+        let encoder = png::Encoder::new(std::fs::File::create(&file).expect("a file"), 256, 256);
+        encoder.write_header().and_then(|mut writer| writer.write_image_data(&pixels)).expect("a picture");
         let element = format!(
             r#"<emitter type="area"><texture type="bitmap" name="radiance"><string name="filename" value="{}"/></texture></emitter>"#,
             file.display()

@@ -1,4 +1,4 @@
-//! Where light comes from.
+//! Emitters: the sources of light.
 
 mod area;
 mod constant;
@@ -24,63 +24,64 @@ use crate::{
     shape::{Shape, Surface},
 };
 
-/// Light that could arrive at a point, if nothing stands in its way.
+/// A direction from a point to an emitter, with the light that arrives if nothing blocks it.
 #[derive(Clone, Copy, Debug)]
 pub struct EmitterSample {
-    /// The unit direction to the light.
+    /// The unit direction to the emitter.
     pub direction: DVec3,
-    /// The stretch on which an occluder would stop it.
+    /// The segment on which a surface would block the light.
     pub shadow_ray: Ray,
-    /// Radiance; for a light of a single direction, perpendicular irradiance.
+    /// The radiance in W/(m² sr); for a delta emitter (a point, a spot, parallel light), the irradiance perpendicular to the
+    /// direction in W/m².
     pub value: Rgb,
-    /// How densely directions are drawn; None for a light of a single direction.
+    /// The density with which the direction was sampled; None for a delta emitter.
     pub pdf: Option<PerSolidAngle>,
 }
 
-/// Light that sets out from an emitter.
+/// A ray of light that leaves an emitter.
 #[derive(Clone, Copy, Debug)]
 pub struct Emission {
-    /// Where it goes, in a unit direction.
+    /// The ray, with a unit direction.
     pub ray: Ray,
-    /// The power in W that it stands for if it is the only one drawn: what is emitted over the density of the draw.
+    /// The power in W that it carries if it is the only sample: the emission divided by the density of the sample.
     pub flux: Rgb,
 }
 
-/// A ball of space.
+/// A sphere around a part of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoundingSphere {
-    /// The middle.
+    /// The centre.
     pub centre: DVec3,
     /// The radius.
     pub radius: f64,
 }
 
-/// Which light of an emitter is asked for: that which goes through a ball.
+/// Restricts emission to rays through a bounding sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EmissionTarget {
-    /// The ball. It is never missed by light from far away; by light from within the scene only if it is aimed.
+    /// The sphere. All light of distant emitters goes through it; light from within the scene does if it is aimed.
     pub sphere: BoundingSphere,
-    /// How far before the middle of the ball light from far away sets out: before everything else in the scene.
+    /// The distance before the centre of the sphere at which rays of distant emitters start: outside of the scene.
     pub before: f64,
-    /// Whether light from within the scene is aimed at the ball, or goes everywhere.
+    /// Whether emitters within the scene sample only directions towards the sphere.
     pub is_aimed: bool,
 }
 
 impl EmissionTarget {
-    /// A ray from far away in a direction, through a point of the ball's cross-section that `u` draws uniformly.
+    /// A ray of a distant emitter in a direction, through a point that `u` samples uniformly on the sphere's cross-section.
     #[must_use]
     pub fn entering(&self, direction: DVec3, u: DVec2) -> Ray {
         let across = (self.sphere.radius * warp::square_to_disc(u)).extend(-self.before);
         Ray::new(self.sphere.centre + Frame::from_normal(direction).to_world(across), direction)
     }
 
-    /// The area of the ball's cross-section.
+    /// The area of the sphere's cross-section, in m².
     #[must_use]
     pub fn cross_section(&self) -> f64 {
         PI * self.sphere.radius * self.sphere.radius
     }
 
-    /// Draws a direction uniformly among those in which the ball is seen from a point, which are all if it is in it.
+    /// Samples a direction uniformly in the cone in which the sphere is seen from a point; all directions if the point is inside.
     #[must_use]
     pub fn towards(&self, from: DVec3, u: DVec2) -> (DVec3, PerSolidAngle) {
         let (axis, one_minus_cos) = self.cone(from);
@@ -98,8 +99,8 @@ impl EmissionTarget {
         (way.normalize(), sin_squared / (1.0 + (1.0 - sin_squared).sqrt()))
     }
 
-    /// How densely a ray of light is drawn when it is aimed at the ball, apart from what all balls share: per area of the
-    /// cross-section for light from far away, per solid angle for other light.
+    /// The density of a ray that is aimed at the sphere, without the factors that all spheres share: per area of the
+    /// cross-section for distant emitters, per solid angle for others. It is 0 for a ray that misses the sphere.
     #[must_use]
     pub fn pdf(&self, ray: &Ray, is_distant: bool) -> f64 {
         if is_distant {
@@ -116,59 +117,59 @@ impl EmissionTarget {
     }
 }
 
-/// What an emitter answers. An area light is told the shape that it shines from.
+/// The interface of all emitters. `shape` is the shape of an area light, and None for other emitters.
 #[enum_dispatch]
 pub trait EmitterModel {
-    /// Draws a direction in which it could be seen from a point; None if it cannot be.
+    /// Samples a direction from a point to the emitter; None if the sample carries no light.
     fn sample_direction(&self, shape: Option<&Shape>, from: DVec3, u: DVec2) -> Option<EmitterSample>;
 
-    /// The density with which [`EmitterModel::sample_direction`] draws the direction to a point of its surface (of an area
-    /// light), or a direction of the sky (`surface` is None); 0 for lights that only a draw can find.
+    /// The density with which [`EmitterModel::sample_direction`] samples the direction to a point of the surface of an area
+    /// light, or a direction of the environment if `surface` is None. It is 0 for delta emitters, which no ray meets.
     fn pdf_direction(&self, _shape: Option<&Shape>, _from: DVec3, _surface: Option<&Surface>) -> PerSolidAngle {
         PerSolidAngle(0.0)
     }
 
-    /// The radiance that leaves its surface in a unit direction.
+    /// The radiance that its surface emits in a unit direction, in W/(m² sr).
     fn surface_radiance(&self, _surface: &Surface, _towards: DVec3) -> Rgb {
         Rgb::ZERO
     }
 
-    /// The radiance that comes from outside the scene along a ray of this direction.
+    /// The radiance of the environment along a ray in this direction, in W/(m² sr).
     fn environment_radiance(&self, _direction: DVec3) -> Rgb {
         Rgb::ZERO
     }
 
-    /// Whether it surrounds the scene.
+    /// Whether it is an environment, which surrounds the scene.
     fn is_environment(&self) -> bool {
         false
     }
 
-    /// Whether its light comes from infinitely far away, and so falls on all of an infinite plane.
+    /// Whether its light comes from infinitely far away.
     fn is_distant(&self) -> bool {
         false
     }
 
-    /// Draws light that sets out: where by the first point of `u`, in which direction by the second. None where the
-    /// draw carries nothing.
+    /// Samples a ray that leaves the emitter: the position by the first point of `u`, the direction by the second. None if the
+    /// sample carries no light.
     fn emit(&self, shape: Option<&Shape>, target: &EmissionTarget, u: [DVec2; 2]) -> Option<Emission>;
 
-    /// The power in W that it sends into the scene, as if it were not aimed: exact but for textures and sheared spot
-    /// lights, where it is good enough to choose lights by.
+    /// The power in W that it sends into the scene, whether or not it is aimed. It is exact but for textures and sheared spot
+    /// lights, where it is an approximation for choosing emitters.
     fn power(&self, shape: Option<&Shape>, target: &EmissionTarget) -> Rgb;
 }
 
 catalogue! {
     /// A light.
     pub enum Emitter: EmitterModel in Category::Emitter, {
-        /// A point.
+        /// An isotropic point light.
         Point(Point),
-        /// A cone of light.
+        /// A spot light.
         Spot(Spot),
         /// Parallel light.
         Directional(Directional),
-        /// A surface.
+        /// The surface of a shape.
         Area(Area),
-        /// The sky, equally bright all around.
+        /// A uniform environment.
         Constant(Constant),
     }
 }

@@ -10,7 +10,7 @@ use glam::DVec2;
 
 use super::{Crop, Image};
 
-/// Why a file could not be written or read: one line that names it.
+/// The reason why a file could not be written or read. Displays as one line that names the file.
 #[derive(Debug, thiserror::Error)]
 #[error("{file}: {what}")]
 pub struct FileError {
@@ -21,16 +21,16 @@ pub struct FileError {
 }
 
 impl FileError {
-    /// A fault of a file.
+    /// The error of a file, in words.
     pub fn new(path: &Path, what: impl std::fmt::Display) -> Self {
         Self { file: path.display().to_string(), what: what.to_string() }
     }
 }
 
-/// Writes a file as a whole or not at all: beside its place first, then renamed.
+/// Writes a file as a whole or not at all: to a temporary file in the same folder, which is then renamed.
 ///
 /// # Errors
-/// If the folder cannot be written to.
+/// If the path is a folder, or its folder cannot be written to.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let fault = |error: &dyn std::fmt::Display| FileError::new(path, error);
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -56,7 +56,8 @@ fn set_permissions(file: &tempfile::NamedTempFile) -> std::io::Result<()> {
 /// Writes an image with its attributes in the header, as 32-bit floats with lossless compression.
 ///
 /// # Errors
-/// If the file cannot be written; then there is none.
+/// If the file cannot be written, or an attribute has a name that `OpenEXR` reserves, such as `comments`. An older file of
+/// this name is then unchanged.
 pub fn write(path: &Path, image: &Image) -> Result<(), FileError> {
     let channel =
         |(name, values): &(String, Vec<f32>)| AnyChannel::new(name.as_str(), FlatSamples::F32(values.clone()));
@@ -84,10 +85,10 @@ fn utf8(text: &str) -> Text {
     Text::from_slice_unchecked(text.as_bytes())
 }
 
-/// Reads the texts in the header of a file, and none of its pixels.
+/// Reads the attributes in the header of a file that are texts, without its pixels.
 ///
 /// # Errors
-/// If the file cannot be read or is no `OpenEXR` image.
+/// If the file cannot be read or is not an `OpenEXR` image.
 pub fn read_attributes(path: &Path) -> Result<Vec<(String, String)>, FileError> {
     let data = exr::meta::MetaData::read_from_file(path, false).map_err(|error| FileError::new(path, error))?;
     let headers = data.headers.iter().flat_map(|header| &header.own_attributes.other);
@@ -102,10 +103,10 @@ fn text((name, value): (&Text, &AttributeValue)) -> Option<(String, String)> {
     }
 }
 
-/// Reads all channels of the first layer of a file.
+/// Reads all channels of the first layer of a file, as 32-bit floats.
 ///
 /// # Errors
-/// If the file cannot be read or is no `OpenEXR` image.
+/// If the file cannot be read or is not an `OpenEXR` image.
 pub fn read(path: &Path) -> Result<Image, FileError> {
     let bytes = std::fs::read(path).map_err(|error| FileError::new(path, error))?;
     let reader = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer();

@@ -1,27 +1,27 @@
-//! Reconstruction filters, which are drawn from instead of splatted: a sample of a pixel lies at an offset with the
-//! filter as its density, and counts fully. The expectation is the filtered image as with splatting, without
-//! splatting's ratio bias; pixels share no samples, so they are independent and each has an honest variance.
+//! Reconstruction filters, by importance sampling: the samples of a pixel are distributed like the filter around it and have
+//! equal weight. The expectation is the filtered image, as with splatting, but without its ratio bias. Pixels share no
+//! samples, so that they are independent and their variances can be estimated.
 //! Ernst, Stamminger and Greiner 2006, "Filter Importance Sampling".
 
 use enum_dispatch::enum_dispatch;
 
 use crate::scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, catalogue};
 
-/// What a filter answers: its profile along one axis, in pixels; the filter is the product of two.
+/// A separable reconstruction filter, given by its profile along one axis. Lengths are in pixels.
 #[enum_dispatch]
 pub trait FilterModel {
-    /// Beyond this distance it is zero.
+    /// The distance beyond which the profile is zero.
     fn radius(&self) -> f64;
-    /// The profile, not normalised, never negative.
+    /// The profile at a distance from the centre, not normalised and never negative.
     fn eval(&self, x: f64) -> f64;
 }
 
 catalogue! {
     /// A reconstruction filter.
     pub enum Filter: FilterModel in Category::Filter, {
-        /// One pixel wide.
+        /// The square of a pixel.
         Box(Box),
-        /// A bell.
+        /// A Gaussian.
         Gaussian(Gaussian),
         /// A triangle.
         Tent(Tent),
@@ -131,8 +131,8 @@ impl FilterModel for Tent {
     }
 }
 
-/// A filter's profile as a density to draw from: piecewise linear between equidistant points, which is exact for box
-/// and tent, and within 1e-6 of a pixel's value for the bell.
+/// The profile of a filter as a density to sample from: piecewise linear between equidistant points. It is exact for box and
+/// tent, and within 1e-6 for the Gaussian.
 #[derive(Clone, Debug)]
 pub struct Profile {
     radius: f64,

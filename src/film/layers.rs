@@ -3,38 +3,41 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Crop;
-use crate::stats::ExactMoments;
+use crate::{
+    memory::{NoMemory, try_filled},
+    stats::ExactMoments,
+};
 
-/// A named group of channels.
+/// A named group of channels of an image.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LayerSpec {
-    /// The name before the dot; the beauty has none.
+    /// The name before the dot of its channels; empty for the beauty, the image itself.
     pub name: String,
-    /// The names after the dot.
+    /// The names of its channels, after the dot.
     pub channels: Vec<String>,
-    /// Where its values come from.
+    /// The origin of its values.
     pub source: LayerSource,
 }
 
-/// Where a layer's values come from.
+/// The origin of the values of a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LayerSource {
-    /// The mean of what the integrator writes for each sample.
+    /// The mean of the values that the integrator gives for each sample.
     Sampled,
-    /// How many samples a pixel has.
+    /// The number of samples of a pixel.
     Count,
-    /// The mean of the squares of the beauty.
+    /// The mean of the squared samples of the beauty.
     SecondMoment,
 }
 
 impl LayerSpec {
-    /// The image itself.
+    /// The beauty, which is the image itself: R, G and B without a name.
     #[must_use]
     pub fn beauty() -> Self {
         Self { name: String::new(), channels: ["R", "G", "B"].map(String::from).into(), source: LayerSource::Sampled }
     }
 
-    /// A layer of colours that the integrator writes.
+    /// A layer of colours that the integrator gives for each sample.
     #[must_use]
     pub fn sampled(name: &str) -> Self {
         Self { name: name.to_owned(), ..Self::beauty() }
@@ -45,7 +48,7 @@ impl LayerSpec {
     }
 }
 
-/// The gathered samples of some pixels, exact sums whose order does not matter.
+/// The samples of a block of pixels, as exact sums: their order makes no difference.
 #[derive(Clone, Debug)]
 pub struct Pixels {
     width: u32,
@@ -55,14 +58,20 @@ pub struct Pixels {
 }
 
 impl Pixels {
-    /// Pixels without samples, with so many sampled channels.
+    /// A block of pixels without samples, with a number of sampled channels.
     #[must_use]
     pub fn new(width: u32, height: u32, channels: usize) -> Self {
         let moments = vec![ExactMoments::default(); width as usize * height as usize * channels];
         Self { width, moments, stride: channels }
     }
 
-    /// Adds one sample to a pixel: a value for each channel.
+    /// The same where memory may be short.
+    fn try_new(width: u32, height: u32, channels: usize) -> Result<Self, NoMemory> {
+        let count = (width as usize).saturating_mul(height as usize).saturating_mul(channels);
+        Ok(Self { width, moments: try_filled(ExactMoments::default(), count)?, stride: channels })
+    }
+
+    /// Adds a sample to the pixel in column `x` and row `y` of the block: a finite value for each channel.
     pub fn push(&mut self, x: u32, y: u32, sample: &[f64]) {
         let start = self.start(x, y);
         for (moments, value) in self.moments[start..start + self.stride].iter_mut().zip(sample) {
@@ -79,12 +88,13 @@ impl Pixels {
     }
 }
 
-/// An image while it is gathered.
+/// An image in the making: the exact sums of all samples of all pixels. Films of the same scene can be added up in any order,
+/// with the same result to the last bit.
 #[derive(Clone, Debug)]
 pub struct Film {
-    /// Which part of the whole film it is.
+    /// The part of the whole film that it holds; `crop.width` and `crop.height` are the size of the image.
     pub crop: Crop,
-    /// The whole film's size.
+    /// The width and height of the whole film in pixels.
     pub size: DVec2,
     /// The layers, the beauty first.
     pub layers: Vec<LayerSpec>,
@@ -96,26 +106,35 @@ pub struct Film {
 }
 
 impl Film {
-    /// A film without samples.
+    /// A film without samples. The first of its layers is the beauty.
     #[must_use]
     pub fn new(crop: Crop, size: DVec2, layers: Vec<LayerSpec>) -> Self {
         let pixels = Pixels::new(crop.width, crop.height, sampled_channels(&layers));
         Self { crop, size, layers, pixels, has_variance: true, splats: Vec::new() }
     }
 
-    /// The same film, whose samples are not independent: its image has no variances.
+    /// The same where memory may be short.
+    ///
+    /// # Errors
+    /// If there is no room for its sums.
+    pub fn try_new(crop: Crop, size: DVec2, layers: Vec<LayerSpec>) -> Result<Self, NoMemory> {
+        let pixels = Pixels::try_new(crop.width, crop.height, sampled_channels(&layers))?;
+        Ok(Self { crop, size, layers, pixels, has_variance: true, splats: Vec::new() })
+    }
+
+    /// The same film without variances, for samples that are not independent.
     #[must_use]
     pub fn without_variance(self) -> Self {
         Self { has_variance: false, ..self }
     }
 
-    /// How many values a sample has.
+    /// The number of values of a sample: the channels of all sampled layers.
     #[must_use]
     pub fn stride(&self) -> usize {
         self.pixels.stride
     }
 
-    /// Adds a block of pixels whose upper left one is at `(x, y)`.
+    /// Adds a block of pixels, whose upper left one has column `x` and row `y` of the rendered part.
     pub fn add(&mut self, x: u32, y: u32, block: &Pixels) {
         for row in 0..block.height() {
             let (from, to) = (block.start(0, row), self.pixels.start(x, y + row));
@@ -127,7 +146,8 @@ impl Film {
         }
     }
 
-    /// Adds what light paths left on the beauty, whose mean goes on top of that of the samples.
+    /// Adds the contributions of light paths to the beauty: for each pixel, row by row, the moments of its three channels.
+    /// Their mean is added to that of the samples.
     pub fn add_splats(&mut self, splats: &[[ExactMoments; 3]]) {
         if self.splats.is_empty() {
             self.splats = vec![Default::default(); splats.len()];
@@ -137,16 +157,17 @@ impl Film {
         }
     }
 
-    /// The means of all pixels of the beauty, row by row.
+    /// The image as an array: red, green and blue of each pixel in linear Rec. 709, row by row from the top left, `crop.width *
+    /// crop.height` pixels in all. A pixel without samples is black.
     #[must_use]
     pub fn means(&self) -> Vec<[f64; 3]> {
         let [r, g, b] = [0, 1, 2].map(|channel| self.beauty(channel, Estimate::mean));
         r.into_iter().zip(g).zip(b).map(|((r, g), b)| [r, g, b]).collect()
     }
 
-    /// The estimated relative error of the beauty: the root of the mean variance of all pixels' means, over all channels,
-    /// divided by the mean of the image; infinite where that cannot be told. Samples are taken to be independent, so that
-    /// it is too large where a sampler spreads them evenly.
+    /// The estimated relative error of the beauty: the square root of the mean variance of a pixel's mean, over all pixels and
+    /// channels, divided by the mean of the image. It is infinite if a pixel has fewer than two samples or the image is
+    /// black. It assumes independent samples, so that it is too large for samplers that spread them evenly.
     #[must_use]
     pub fn relative_error(&self) -> f64 {
         /// So many pixels are summed by one thread; their sums are added in order.
@@ -186,7 +207,7 @@ impl Film {
         samples.enumerate().map(estimate).collect()
     }
 
-    /// The image: the mean of every layer, and the variance of the mean of the beauty if it is known.
+    /// The finished image: the mean of every layer, and the variance of the mean of the beauty if the samples are independent.
     #[must_use]
     pub fn image(&self) -> Image {
         let mut image = Image { crop: self.crop, size: self.size, channels: Vec::new(), attributes: Vec::new() };
@@ -248,36 +269,36 @@ fn sampled_channels(layers: &[LayerSpec]) -> usize {
     layers.iter().filter(|layer| layer.source == LayerSource::Sampled).map(|layer| layer.channels.len()).sum()
 }
 
-/// The channels that hold the variance of the mean of the beauty, of independent samples.
+/// The channels with the variance of the mean of each channel of the beauty.
 pub const VARIANCE: [&str; 3] = ["variance.R", "variance.G", "variance.B"];
 
-/// A finished image: named planes of equal size, row by row from the top left.
+/// A finished image: named channels of equal size, each an array of 32-bit floats, row by row from the top left.
 #[derive(Clone, Debug)]
 pub struct Image {
-    /// Which part of the whole film it is.
+    /// The part of the whole film that it holds; `crop.width` and `crop.height` are the size of the image.
     pub crop: Crop,
-    /// The whole film's size.
+    /// The width and height of the whole film in pixels.
     pub size: DVec2,
-    /// Names and values, R, G and B first.
+    /// Names and values of the channels, R, G and B first. Those of other layers are called `layer.channel`.
     pub channels: Vec<(String, Vec<f32>)>,
-    /// What its header says about it: names and texts.
+    /// The attributes of its header: names and texts.
     pub attributes: Vec<(String, String)>,
 }
 
 impl Image {
-    /// A text of its header.
+    /// The text of an attribute; None if the header lacks it.
     #[must_use]
     pub fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|(known, _)| known == name).map(|(_, text)| text.as_str())
     }
 
-    /// A channel by its name.
+    /// The values of a channel, row by row; None if the image lacks it.
     #[must_use]
     pub fn channel(&self, name: &str) -> Option<&[f32]> {
         self.channels.iter().find(|(known, _)| known == name).map(|(_, values)| values.as_slice())
     }
 
-    /// Three channels together, if all are there.
+    /// Three channels as an array of pixels, row by row; None if the image lacks one of them.
     #[must_use]
     pub fn rgb(&self, names: [&str; 3]) -> Option<Vec<[f32; 3]>> {
         let [r, g, b] = names.map(|name| self.channel(name));

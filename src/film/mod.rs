@@ -1,4 +1,4 @@
-//! The film: which pixels there are and how they are reconstructed, the layers that gather samples, and image files.
+//! Films: the format and the reconstruction filter of an image, the sums that samples are added to, and image files.
 
 pub mod exr;
 pub mod filter;
@@ -28,8 +28,8 @@ catalogue! {
     }
 }
 
-/// The format of the image: sizes in pixels, and the filter. Files are always `OpenEXR` with 32-bit floats; Mitsuba's
-/// parameters about files are read and make no difference.
+/// The format of an image: its size in pixels, the part that is rendered, and the reconstruction filter. Files are always
+/// `OpenEXR` with 32-bit floats; Mitsuba's parameters about files are read and have no effect.
 #[derive(Clone, Debug)]
 pub struct HdrFilm {
     width: u32,
@@ -39,16 +39,16 @@ pub struct HdrFilm {
     sample_border: bool,
 }
 
-/// The part of the film that is rendered.
+/// The part of a film that is rendered, in pixels from the top left corner of the film.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Crop {
     /// The first column.
     pub x: u32,
     /// The first row.
     pub y: u32,
-    /// How many columns.
+    /// The number of columns.
     pub width: u32,
-    /// How many rows.
+    /// The number of rows.
     pub height: u32,
 }
 
@@ -154,7 +154,7 @@ impl HdrFilm {
         Ok(Crop { x, y, width: crop_width, height: crop_height })
     }
 
-    /// The whole film's size, which the sensor's field of view spans.
+    /// The width and height of the whole film in pixels. The sensor's field of view spans it.
     #[must_use]
     pub fn size(&self) -> DVec2 {
         DVec2::new(f64::from(self.width), f64::from(self.height))
@@ -166,7 +166,8 @@ impl HdrFilm {
         self.crop
     }
 
-    /// Draws a position on the film, in pixels, for the pixel in column `x` and row `y` of the rendered part.
+    /// Samples a position on the film, in pixels from its top left corner, for the pixel in column `x` and row `y` of the
+    /// rendered part. Its density is the filter around the centre of the pixel.
     #[inline]
     #[must_use]
     pub fn sample(&self, x: u32, y: u32, u: DVec2) -> DVec2 {
@@ -185,8 +186,8 @@ impl HdrFilm {
         if self.sample_border { (f64::MIN, f64::MAX) } else { (-centre, f64::from(count) - centre) }
     }
 
-    /// The pixels of the rendered part, by column and row, that see light at a position on the film, in pixels, each with
-    /// the density of its filter there: that with which [`HdrFilm::sample`] draws the position.
+    /// The pixels of the rendered part whose filter covers a position on the film, by column and row, each with the density
+    /// with which [`HdrFilm::sample`] samples this position for it, in 1/pixel².
     #[inline]
     pub fn seen_by(&self, position: DVec2) -> impl Iterator<Item = ((u32, u32), f64)> {
         let columns = self.seen_along(self.crop.x, self.crop.width, position.x);
@@ -210,7 +211,7 @@ impl HdrFilm {
 }
 
 impl FilmPlugin {
-    /// The format, whichever plugin gives it.
+    /// The format of the image.
     #[must_use]
     pub fn format(&self) -> &HdrFilm {
         let Self::Hdr(film) = self;

@@ -2,9 +2,27 @@
 
 use std::path::Path;
 
-use image::{ImageFormat, RgbImage};
-
 use super::exr::{FileError, write_whole};
+
+/// A picture of sRGB bytes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RgbImage {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Red, green and blue, row by row.
+    pub pixels: Vec<[u8; 3]>,
+}
+
+impl RgbImage {
+    /// The picture with the colour that a function gives each column and row.
+    #[must_use]
+    pub fn from_fn(width: u32, height: u32, colour: impl Fn(u32, u32) -> [u8; 3]) -> Self {
+        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| colour(x, y)).collect();
+        Self { width, height, pixels }
+    }
+}
 
 /// The exposure, in stops, that takes the logarithmic mean luminance of the pixels that are not black to a middle
 /// grey of 0.18. Reinhard et al. 2002, "Photographic Tone Reproduction for Digital Images", eq. (1).
@@ -30,16 +48,24 @@ pub fn srgb_byte(linear: f64) -> u8 {
 #[must_use]
 pub fn tone_mapped(width: u32, pixels: &[[f32; 3]], exposure: f64) -> RgbImage {
     let scale = exposure.exp2();
-    let bytes = pixels.iter().flatten().map(|&x| srgb_byte(scale * f64::from(x))).collect();
-    RgbImage::from_raw(width, pixels.len() as u32 / width, bytes).expect("as many pixels as the size says")
+    let height = pixels.len() as u32 / width;
+    RgbImage { width, height, pixels: pixels.iter().map(|p| p.map(|x| srgb_byte(scale * f64::from(x)))).collect() }
 }
 
 /// A picture as the bytes of a PNG file.
 #[must_use]
 pub fn png_bytes(picture: &RgbImage) -> Vec<u8> {
-    let mut bytes = std::io::Cursor::new(Vec::new());
-    picture.write_to(&mut bytes, ImageFormat::Png).expect("memory takes every picture");
-    bytes.into_inner()
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, picture.width, picture.height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_compression(png::Compression::Fast);
+    encoder.set_filter(png::Filter::Adaptive);
+    let written = encoder.write_header().and_then(|mut writer| {
+        writer.write_image_data(picture.pixels.as_flattened())?;
+        writer.finish()
+    });
+    written.expect("memory takes every picture with as many pixels as its size says");
+    bytes
 }
 
 /// Writes a PNG file.

@@ -1,4 +1,4 @@
-//! Light that paths leave on pixels all over the film.
+//! Contributions of light paths, which may reach any pixel of the film.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -7,8 +7,8 @@ use glam::DVec2;
 use super::HdrFilm;
 use crate::{math::Rgb, stats::ExactMoments};
 
-/// What light paths leave on a film, gathered by all threads at once. Sums are exact, so that it does not matter in which
-/// order they come.
+/// The sums of all contributions of light paths to a film. All threads add to them at once; the sums are exact, so that the
+/// order makes no difference.
 #[derive(Debug)]
 pub struct Splats {
     width: u32,
@@ -20,7 +20,7 @@ pub struct Splats {
 const ROWS: u32 = 8;
 
 impl Splats {
-    /// Nothing yet.
+    /// Sums of zero for an image of this size.
     #[must_use]
     pub fn new(width: u32, height: u32) -> Self {
         let band = |first: u32| {
@@ -30,7 +30,7 @@ impl Splats {
         Self { width, bands: (0..height).step_by(ROWS as usize).map(band).collect() }
     }
 
-    /// Adds what some paths left, each entry being all that one path left on one pixel, and forgets the entries.
+    /// Adds contributions and clears the list. Each entry is the sum of everything that one path adds to one pixel.
     pub fn add(&self, splats: &mut Vec<((u32, u32), Rgb)>) {
         splats.sort_unstable_by_key(|((x, y), _)| (y / ROWS, *y, *x));
         for chunk in splats.chunk_by(|((_, one), _), ((_, other), _)| one / ROWS == other / ROWS) {
@@ -44,7 +44,7 @@ impl Splats {
         splats.clear();
     }
 
-    /// All pixels, row by row, after so many paths.
+    /// The moments of the three channels of each pixel, row by row, over a number of paths.
     #[must_use]
     pub fn finish(self, paths: u64) -> Vec<[ExactMoments; 3]> {
         let bands = self.bands.into_iter().map(|band| band.into_inner().unwrap_or_else(PoisonError::into_inner));
@@ -61,14 +61,14 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What one path leaves on the pixels of a film.
+/// The contributions of one light path to the pixels of a film.
 #[derive(Debug, Default)]
 pub struct Path {
     pixels: Vec<((u32, u32), Rgb)>,
 }
 
 impl Path {
-    /// Adds light at a position on the film, in pixels; several times at one pixel is once with the sum.
+    /// Adds light at a position on the film, in pixels. Contributions to the same pixel are added up.
     #[inline]
     pub fn splat(&mut self, film: &HdrFilm, position: DVec2, value: Rgb) {
         for (pixel, density) in film.seen_by(position) {
@@ -80,19 +80,19 @@ impl Path {
         }
     }
 
-    /// The pixels with their sums.
+    /// Column and row of each pixel that it reached, with the sum of its contributions.
     #[must_use]
     pub fn pixels(&self) -> &[((u32, u32), Rgb)] {
         &self.pixels
     }
 
-    /// Whether all of it is finite.
+    /// Whether all contributions are finite.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         self.pixels.iter().all(|(_, value)| value.is_finite())
     }
 
-    /// Moves all to the end of a list.
+    /// Moves all contributions to the end of a list.
     pub fn drain_into(&mut self, list: &mut Vec<((u32, u32), Rgb)>) {
         list.append(&mut self.pixels);
     }

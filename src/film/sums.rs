@@ -1,4 +1,4 @@
-//! The sums of a film: added to those of other samples, and as bytes.
+//! The sums of a film: merged with those of other films, and as bytes.
 
 use std::io::{self, Read, Write};
 
@@ -6,31 +6,38 @@ use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use super::{Crop, Film, LayerSource, LayerSpec};
-use crate::stats::ExactMoments;
+use crate::{memory::NoMemory, stats::ExactMoments};
 
-/// A film without its sums.
+/// All of a film but its sums: enough to read them from a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
-    /// Which part of the whole film it is.
+    /// The part of the whole film that it holds.
     pub crop: Crop,
-    /// The whole film's width and height.
+    /// The width and height of the whole film in pixels.
     pub size: [f64; 2],
     /// The layers, the beauty first.
     pub layers: Vec<LayerSpec>,
-    /// Whether its image has variances.
+    /// Whether the image has variances.
     pub has_variance: bool,
 }
 
 impl Frame {
-    /// The film without samples; None if there can be no such film.
+    /// A film without samples; None if the numbers are not those of a film.
     #[must_use]
-    pub fn film(&self) -> Option<Film> {
-        let is_one = self.crop.width > 0 && self.crop.height > 0 && self.layers.first() == Some(&LayerSpec::beauty());
-        let film = || Film::new(self.crop, DVec2::from(self.size), self.layers.clone());
-        is_one.then(|| if self.has_variance { film() } else { film().without_variance() })
+    pub fn is_possible(&self) -> bool {
+        self.crop.width > 0 && self.crop.height > 0 && self.layers.first() == Some(&LayerSpec::beauty())
     }
 
-    /// How many bytes the sums of such a film have, with or without splats; None if more than can be counted.
+    /// The film without samples.
+    ///
+    /// # Errors
+    /// If there is no memory for it.
+    pub fn film(&self) -> Result<Film, NoMemory> {
+        let film = Film::try_new(self.crop, DVec2::from(self.size), self.layers.clone())?;
+        Ok(if self.has_variance { film } else { film.without_variance() })
+    }
+
+    /// The size of the sums of such a film in bytes, with or without splats; None if it exceeds 64 bits.
     #[must_use]
     pub fn bytes(&self, has_splats: bool) -> Option<u64> {
         let sampled = self.layers.iter().filter(|layer| layer.source == LayerSource::Sampled);
@@ -41,14 +48,14 @@ impl Frame {
 }
 
 impl Film {
-    /// What it is besides its sums.
+    /// All of the film but its sums.
     #[must_use]
     pub fn frame(&self) -> Frame {
         let (crop, size) = (self.crop, self.size.to_array());
         Frame { crop, size, layers: self.layers.clone(), has_variance: self.has_variance }
     }
 
-    /// Whether light paths left anything.
+    /// Whether light paths have contributed.
     #[must_use]
     pub fn has_splats(&self) -> bool {
         !self.splats.is_empty()
@@ -62,13 +69,13 @@ impl Film {
         }
     }
 
-    /// Whether each pixel has so many samples.
+    /// Whether each pixel has this number of samples.
     #[must_use]
     pub fn has_samples(&self, count: u64) -> bool {
         self.pixels.moments.iter().all(|moments| moments.n() == count)
     }
 
-    /// Writes all sums: for each pixel, row by row, those of its sampled channels; then those of splats, if there are any.
+    /// Writes all sums: for each pixel, row by row, those of its sampled channels; then those of light paths, if there are any.
     ///
     /// # Errors
     /// Those of the writer.

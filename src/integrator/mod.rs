@@ -22,7 +22,7 @@ pub use depth::Depth;
 pub use direct::Direct;
 pub use estimator::{CameraRay, Estimator, IntegratorState, Iteration, IterationPlan, Notes, SampleOutput};
 pub use moment::Moment;
-pub use overrides::Overrides;
+pub use overrides::{NO_INTEGRATOR, Overrides};
 pub use path::Path;
 pub use photonmapper::PhotonMapper;
 pub use ptracer::ParticleTracer;

@@ -1,7 +1,12 @@
 use super::Integrator;
-use crate::scene_file::{Category, Document, Object, ObjectId, Property, SceneError, SourceLocation, Value};
+use crate::scene_file::{
+    Category, Document, Object, ObjectId, Override, Property, SceneError, SourceLocation, Value, whole_number,
+};
 
-/// What the command line changes about a scene's integrator.
+/// What is wrong with a scene that has no integrator.
+pub const NO_INTEGRATOR: &str = "the scene has no integrator";
+
+/// What a render changes about its scene's integrator.
 #[derive(Clone, Debug, Default)]
 pub struct Overrides {
     /// The name of another integrator, which keeps the parameters that both have, such as `max_depth`.
@@ -45,14 +50,11 @@ impl Overrides {
         let id = match (own, &self.name) {
             (None, None) => {
                 let root = document.object(document.root);
-                let error = SceneError::at(&root.place, "the scene has no integrator");
-                return Err(error.hint("give it one, or name one with --integrator"));
+                let error = SceneError::at(&root.place, NO_INTEGRATOR);
+                return Err(error.hint("give it one, or choose one for this render"));
             }
             (Some(id), None) => id,
-            (own, Some(name)) => {
-                let option = format!("--integrator {name}");
-                document.add_stand_in(own, Category::Integrator, name, Integrator::PLUGINS, &option)
-            }
+            (own, Some(name)) => document.add_stand_in(own, Category::Integrator, name, Integrator::PLUGINS),
         };
         for (name, text) in &self.params {
             set(&mut document.objects[id.0], name, text);
@@ -63,7 +65,7 @@ impl Overrides {
 
 /// Sets a parameter from text, of the type that the text looks like.
 fn set(object: &mut Object, name: &str, text: &str) {
-    let value = if let Ok(integer) = text.parse() {
+    let value = if let Some(integer) = whole_number(text).and_then(|number| number.try_into().ok()) {
         Value::Integer(integer)
     } else if let Ok(float) = text.parse() {
         Value::Float(float)
@@ -73,6 +75,6 @@ fn set(object: &mut Object, name: &str, text: &str) {
         Value::String(text.to_owned())
     };
     object.properties.retain(|property| property.name != name);
-    let place = SourceLocation::argument(&format!("--param {name}={text}"));
+    let place = SourceLocation::Override(Override::Parameter { name: name.to_owned(), value: text.to_owned() });
     object.properties.push(Property { name: name.to_owned(), value, place });
 }

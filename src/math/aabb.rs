@@ -12,13 +12,13 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// The box that holds nothing, the neutral element of [`Aabb::union`].
+    /// The empty box, the neutral element of [`Aabb::union`].
     pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
     /// All of space.
     pub const EVERYTHING: Self = Self { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY };
 
-    /// The smallest box around some points.
+    /// The smallest box around points.
     pub fn around(points: impl IntoIterator<Item = DVec3>) -> Self {
         points.into_iter().fold(Self::EMPTY, Self::including)
     }
@@ -29,25 +29,25 @@ impl Aabb {
         Self { min: self.min.min(p), max: self.max.max(p) }
     }
 
-    /// The smallest box around two.
+    /// The smallest box around two boxes.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// The box of what is in both.
+    /// The intersection of two boxes.
     #[must_use]
     pub fn intersection(self, other: Self) -> Self {
         Self { min: self.min.max(other.min), max: self.max.min(other.max) }
     }
 
-    /// Whether it holds no point.
+    /// Whether it contains no point.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()
     }
 
-    /// The middle.
+    /// The centre.
     #[must_use]
     pub fn centre(&self) -> DVec3 {
         0.5 * (self.min + self.max)
@@ -68,7 +68,7 @@ impl Aabb {
         })
     }
 
-    /// The box around this one's image under an affine map; that of an infinite one is everything.
+    /// The box around the image of this one under an affine map. The image of an infinite box is [`Aabb::EVERYTHING`].
     #[must_use]
     pub fn transformed(&self, map: &DAffine3) -> Self {
         if !self.min.is_finite() || !self.max.is_finite() {
@@ -77,21 +77,21 @@ impl Aabb {
         Self::around(self.corners().map(|c| map.transform_point3(c)))
     }
 
-    /// The middle and the radius of the sphere around the box.
+    /// The centre and the radius of the sphere around the box.
     #[must_use]
     pub fn bounding_sphere(&self) -> (DVec3, f64) {
         (self.centre(), 0.5 * self.extent().length())
     }
 
-    /// Whether a point is in it.
+    /// Whether a point lies in the box.
     #[inline]
     #[must_use]
     pub fn contains(&self, p: DVec3) -> bool {
         (self.min.cmple(p) & p.cmple(self.max)).all()
     }
 
-    /// Where the whole line of a ray enters and leaves it, and through which of its faces: `2 axis + side`, of which the
-    /// upper one is 1. Between the last entry and the first exit of three slabs it is inside.
+    /// The parameters at which the line of a ray enters and leaves the box, with the number of the face: `2 axis + side`, where
+    /// the upper side is 1. The line is inside between the last entry into and the first exit from the three slabs.
     #[inline]
     #[must_use]
     pub fn cross(&self, ray: &Ray) -> Option<[(f64, usize); 2]> {

@@ -1,7 +1,7 @@
-//! The geometry and the numbers that everything else stands on: rays, boxes, frames, warps and random streams.
+//! Geometry and random numbers: rays, boxes, frames, warps, densities with their measures, and random streams.
 //!
-//! All arithmetic is `f64`. A ray that meets a sphere from a hundred radii away misses its surface by about `4e-14`
-//! radii in `f64`; in `f32` it would be `2e-5`, which no quadric or slope fit can carry.
+//! All arithmetic is `f64`. The hit of a ray with a sphere a hundred radii away is off by about `4e-14` radii in `f64`, and by
+//! `2e-5` in `f32`, which is too much for quadrics and for fits of convergence rates.
 
 mod aabb;
 mod distribution;

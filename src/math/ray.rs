@@ -1,18 +1,17 @@
 use glam::{DAffine3, DVec3};
 
-/// A half-line `origin + t * direction`, of which the part `t_min < t < t_max` counts.
+/// A half-line `origin + t * direction`, restricted to `t_min < t < t_max`.
 ///
-/// The direction need not have unit length: a ray keeps its parameter `t` when an affine map takes it into a shape's
-/// own space.
+/// The direction may have any length but 0, so that an affine map of a ray into a shape's own space keeps its parameter `t`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where `t = 0`.
+    /// The point at `t = 0`.
     pub origin: DVec3,
-    /// Where the ray goes; finite and not zero.
+    /// The direction; finite and not zero.
     pub direction: DVec3,
-    /// Hits at or before this parameter do not count.
+    /// Hits at or before this parameter are ignored.
     pub t_min: f64,
-    /// Hits at or beyond this parameter do not count.
+    /// Hits at or beyond this parameter are ignored.
     pub t_max: f64,
 }
 
@@ -23,15 +22,15 @@ impl Ray {
         Self { origin, direction, t_min: 0.0, t_max: f64::INFINITY }
     }
 
-    /// A ray that leaves a surface at `origin`: the surface itself, which rounding puts up to a few ulp away, is not
-    /// hit again.
+    /// A ray that leaves a surface at `origin`. It starts at a relative offset of [`Ray::LEAVING`] along its direction, so that
+    /// it does not hit the surface itself, which rounding may put a few ulp away.
     #[must_use]
     pub fn leaving(origin: DVec3, direction: DVec3) -> Self {
         Self { t_min: Self::leaving_distance(origin), ..Self::new(origin, direction) }
     }
 
-    /// The ray from a surface point to another one, both of them left out: what a visibility test asks for.
-    /// The parameter is the fraction of the way.
+    /// The segment between two surface points without its ends, for visibility tests. The parameter is the fraction of the
+    /// distance.
     #[must_use]
     pub fn between(origin: DVec3, target: DVec3) -> Self {
         let direction = target - origin;
@@ -46,25 +45,25 @@ impl Ray {
         self.origin + t * self.direction
     }
 
-    /// The same ray seen from another space, with the same parameter `t`.
+    /// The ray in the space that an affine map leads to, with the same parameter `t`.
     #[inline(always)]
     #[must_use]
     pub fn transformed(&self, map: &DAffine3) -> Self {
         Self { origin: map.transform_point3(self.origin), direction: map.transform_vector3(self.direction), ..*self }
     }
 
-    /// Whether a hit at `t` counts.
+    /// Whether `t` lies between `t_min` and `t_max`.
     #[inline(always)]
     #[must_use]
     pub fn contains(&self, t: f64) -> bool {
         self.t_min < t && t < self.t_max
     }
 
-    /// [`Ray::leaving_distance`] over the greatest coordinate. Rounding leaves a computed hit within some 1e-15 of the
-    /// scene's coordinates of the true one; 1e-9 covers rays that graze at 1e-6 radians.
+    /// [`Ray::leaving_distance`] divided by the largest coordinate. Rounding moves a computed hit by about 1e-15 of the scene's
+    /// coordinates; 1e-9 covers rays that graze at 1e-6 radians.
     pub const LEAVING: f64 = 1e-9;
 
-    /// How far along a ray a hit must lie to be another surface than the one it left at `p`.
+    /// The distance along a ray from `p` within which a hit is taken for the surface that the ray leaves.
     #[inline]
     #[must_use]
     pub fn leaving_distance(p: DVec3) -> f64 {

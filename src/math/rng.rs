@@ -1,5 +1,5 @@
-//! Random numbers that are addressed, not shared: a stream is a pure function of what it is for, so that any path can
-//! be replayed alone and no thread's pace changes an image.
+//! Random numbers by address: a stream is a pure function of its address, so that any path can be replayed alone and the
+//! order of threads does not change an image.
 
 use glam::DVec2;
 use rand_core::Rng as _;
@@ -24,12 +24,12 @@ pub fn hash(parts: &[u64]) -> u64 {
         .fold(0x9e37_79b9_7f4a_7c15, |h, &part| mix(h.rotate_left(23).wrapping_add(0x9e37_79b9_7f4a_7c15) ^ mix(part)))
 }
 
-/// A stream of uniform numbers at an address.
+/// A stream of uniform random numbers.
 #[derive(Clone, Debug)]
 pub struct Stream(Pcg64Mcg);
 
 impl Stream {
-    /// The stream of an address, for example `[seed, pass, pixel, sample]`.
+    /// The stream of an address, for example `[seed, replicate, pixel, sample]`.
     #[inline]
     #[must_use]
     pub fn at(address: &[u64]) -> Self {
@@ -43,7 +43,7 @@ impl Stream {
         (self.0.next_u64() >> 11) as f64 * 2.0_f64.powi(-53)
     }
 
-    /// Uniform on the unit square.
+    /// Uniform on the unit square [0, 1)².
     #[inline]
     pub fn next_2d(&mut self) -> DVec2 {
         DVec2::new(self.next_1d(), self.next_1d())
@@ -55,7 +55,7 @@ impl Stream {
     }
 }
 
-/// The element at `index` of a random permutation of `0..length` that `seed` names.
+/// The element at `index` of the random permutation of `0..length` with the number `seed`.
 /// Kensler 2013, "Correlated Multi-Jittered Sampling", Pixar technical memo 13-01: a hash that is a bijection on the next
 /// power of two, walked until it falls inside.
 #[must_use]

@@ -1,8 +1,9 @@
 //! Real roots of polynomials.
 
-/// The real roots of `a x² + b x + c`, the lesser first; a double root twice, a line's root twice.
+/// The real roots of `a x² + b x + c`, the smaller first; None if there is none. A double root, and the root of a line, is
+/// returned twice.
 ///
-/// The half with cancellation is had from the product of the roots, so that both are good to a few ulp.
+/// The root that suffers from cancellation is computed from the product of the roots, so that both are exact to a few ulp.
 /// Press et al. 2007, *Numerical Recipes*, section 5.6.
 #[must_use]
 pub fn quadratic(a: f64, b: f64, c: f64) -> Option<[f64; 2]> {
@@ -17,7 +18,7 @@ pub fn quadratic(a: f64, b: f64, c: f64) -> Option<[f64; 2]> {
     from_root(a, b, c, discriminant.sqrt())
 }
 
-/// The roots once the root of the discriminant is known, for callers that know it better than `b² - 4ac`.
+/// The roots for a given square root of the discriminant, for callers that know it more exactly than `b² - 4ac`.
 #[must_use]
 pub fn from_root(a: f64, b: f64, c: f64, root: f64) -> Option<[f64; 2]> {
     let q = -0.5 * (b + root.copysign(b));

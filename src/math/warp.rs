@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_1_PI, FRAC_PI_4, PI, TAU};
 
 use glam::{DVec2, DVec3};
 
-/// The square onto the unit disc, area-preserving up to the factor π and continuous.
+/// Maps the unit square to the unit disc, continuously and with uniform density 1/π.
 /// Shirley and Chiu 1997, "A Low Distortion Map Between Disk and Square".
 #[inline]
 #[must_use]
@@ -61,7 +61,7 @@ const fn coefficients<const N: usize>(first: usize) -> [f64; N] {
     series
 }
 
-/// The square onto the hemisphere around +z, with density cos θ / π. Malley's method.
+/// Maps the unit square to the hemisphere around +z, with the density cos θ / π (Malley's method).
 #[inline]
 #[must_use]
 pub fn square_to_cosine_hemisphere(u: DVec2) -> DVec3 {

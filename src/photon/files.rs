@@ -1,7 +1,5 @@
 //! Photons as files for other programs.
 
-use npyz::{DType, Field, WriteOptions, WriterBuilder as _};
-
 use super::{EmittedPhotons, Photon, PhotonMapKind};
 use crate::film::picture::{automatic_exposure, srgb_byte};
 
@@ -63,7 +61,7 @@ pub fn ply(maps: &[(PhotonMapKind, &EmittedPhotons)]) -> Vec<u8> {
     let mut bytes = format!(
         "ply\nformat binary_little_endian 1.0\ncomment photons: power in W, (dx, dy, dz) towards where they came from\n\
          comment class: 0 direct, 2 caustic, 3 indirect; map: 0 global, 1 caustic\n\
-         element si {count}\n{PLY_PROPERTIES}end_header\n"
+         element vertex {count}\n{PLY_PROPERTIES}end_header\n"
     )
     .into_bytes();
     for kept in all(maps) {
@@ -74,26 +72,21 @@ pub fn ply(maps: &[(PhotonMapKind, &EmittedPhotons)]) -> Vec<u8> {
     bytes
 }
 
-/// A NumPy file with a structured array of all photons.
+/// The fields of the structured array.
+const NPY_FIELDS: &str = "[('position', '<f4', (3,)), ('power', '<f4', (3,)), ('direction', '<f4', (3,)), \
+                          ('class', '|u1'), ('bounces', '<u2'), ('map', '|u1')]";
+
+/// A `NumPy` file, version 1.0 of numpy.lib.format, with a structured array of all photons.
 #[must_use]
 pub fn npy(maps: &[(PhotonMapKind, &EmittedPhotons)]) -> Vec<u8> {
-    let plain = |code: &str| DType::Plain(code.parse().expect("the code of a type"));
-    let vector = || DType::Array(3, Box::new(plain("<f4")));
-    let fields = [
-        ("position", vector()),
-        ("power", vector()),
-        ("direction", vector()),
-        ("class", plain("|u1")),
-        ("bounces", plain("<u2")),
-        ("map", plain("|u1")),
-    ];
-    let fields = fields.into_iter().map(|(name, dtype)| Field { name: name.into(), dtype }).collect();
-    let header = WriteOptions::new_header_only()
-        .shape(&[count(maps) as u64])
-        .dtype(DType::Record(fields))
-        .writer(std::io::Cursor::new(Vec::new()))
-        .write_header_only();
-    let mut bytes = header.expect("memory takes every header").into_inner();
+    const PREFIX: &[u8] = b"\x93NUMPY\x01\x00";
+    let header = format!("{{'descr': {NPY_FIELDS}, 'fortran_order': False, 'shape': ({},), }}", count(maps));
+    // Blanks and a line's end fill the header, so that the data begins at a multiple of 64 bytes.
+    let before = PREFIX.len() + size_of::<u16>();
+    let length = (before + header.len() + 1).next_multiple_of(64) - before;
+    let mut bytes = PREFIX.to_vec();
+    bytes.extend((length as u16).to_le_bytes());
+    bytes.extend(format!("{header:<width$}\n", width = length - 1).into_bytes());
     for kept in all(maps) {
         push_vectors(&mut bytes, kept);
         push_numbers(&mut bytes, kept);
@@ -121,7 +114,7 @@ mod tests {
         let bytes = ply(&[(PhotonMapKind::Global, &global), (PhotonMapKind::Caustic, &caustic)]);
         let text = String::from_utf8_lossy(&bytes);
         let end = text.find("end_header\n").expect("the header ends") + "end_header\n".len();
-        assert!(text[..end].contains("element si 3\n"));
+        assert!(text[..end].contains("element vertex 3\n"));
         assert_eq!(bytes.len() - end, 3 * 43);
         assert_eq!(bytes[end..end + 4], 1.0_f32.to_le_bytes());
         assert_eq!(bytes[bytes.len() - 4..], [PathClass::Caustic as u8, 1, 0, 1]);
@@ -131,19 +124,19 @@ mod tests {
     fn an_array_names_its_fields() {
         let global = trace_photons(&[1.0, 0.5]);
         let bytes = npy(&[(PhotonMapKind::Global, &global)]);
-        let file = npyz::NpyFile::new(&bytes[..]).expect("an array");
-        assert_eq!(file.shape(), &[2]);
-        assert_eq!(file.dtype().num_bytes(), Some(40));
-        let names = "position power direction class bounces map".split(' ');
-        let DType::Record(fields) = file.dtype() else { panic!("the array has no fields") };
-        assert!(fields.iter().map(|field| field.name.as_str()).eq(names));
-        assert_eq!(bytes.len() % 8, 0);
+        let (header, data) = bytes.split_at(256);
+        // As numpy.lib.format of numpy 2.4 writes it.
+        let expected = "{'descr': [('position', '<f4', (3,)), ('power', '<f4', (3,)), ('direction', '<f4', (3,)), \
+                        ('class', '|u1'), ('bounces', '<u2'), ('map', '|u1')], 'fortran_order': False, 'shape': (2,), }";
+        assert_eq!(header[..10], *b"\x93NUMPY\x01\x00\xf6\x00");
+        assert_eq!(str::from_utf8(&header[10..]), Ok(format!("{expected:<245}\n").as_str()));
+        assert_eq!(data.len(), 2 * 40);
         assert_eq!(bytes[bytes.len() - 4..], [PathClass::Caustic as u8, 1, 0, 0]);
     }
 
     #[test]
     fn without_photons_there_is_a_header_alone() {
         assert!(ply(&[]).ends_with(b"end_header\n"));
-        assert_eq!(npyz::NpyFile::new(&npy(&[])[..]).expect("an array").shape(), &[0]);
+        assert_eq!(npy(&[]).len(), 256);
     }
 }

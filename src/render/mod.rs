@@ -8,7 +8,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::{
-    film::{Film, LayerSpec, Pixels, Splats, splats},
+    film::{Film, Frame, LayerSpec, Pixels, Splats, splats},
     integrator::{
         CameraRay, Estimator, Integrator, IntegratorModel as _, IntegratorState, Iteration, IterationPlan, Notes,
         Overrides, SampleOutput,
@@ -99,6 +99,15 @@ impl Renderer {
         let layers = [LayerSpec::beauty()].into_iter().chain(self.integrator.layers()).collect();
         let film = Film::new(format.rendered(), format.size(), layers);
         if self.integrator.has_variance() { film } else { film.without_variance() }
+    }
+
+    /// The film without its sums.
+    #[must_use]
+    pub fn frame(&self) -> Frame {
+        let format = &self.scene.sensor.film;
+        let layers = [LayerSpec::beauty()].into_iter().chain(self.integrator.layers()).collect();
+        let (crop, size) = (format.rendered(), format.size().to_array());
+        Frame { crop, size, layers, has_variance: self.integrator.has_variance() }
     }
 
     /// Begins a replicate.

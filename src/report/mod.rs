@@ -24,6 +24,7 @@ pub mod summary;
 
 pub use groups::{GroupSummary, power};
 pub(crate) use mark::Mark;
+#[cfg(feature = "study")]
 pub(crate) use page::{environment, now, style};
 
 use std::path::{Path, PathBuf};

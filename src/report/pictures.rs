@@ -1,12 +1,11 @@
 //! Pictures as data URIs.
 
-use image::{Rgb, RgbImage};
 use serde::Serialize;
 
 use super::number;
 use crate::{
     comparison::{TILE, pictures},
-    film::picture::{automatic_exposure, png_bytes, tone_mapped},
+    film::picture::{RgbImage, automatic_exposure, png_bytes, tone_mapped},
     stats::tiles::luminance,
     validation::{Images, SceneEvidence},
 };
@@ -76,7 +75,7 @@ fn range_of(ours: &[[f64; 3]], reference: &[[f64; 3]]) -> f64 {
 /// The colours from 0 to 1, left to right.
 fn ramp(colour: impl Fn(f64) -> [u8; 3]) -> String {
     const STEPS: u32 = 121;
-    data_uri(&RgbImage::from_fn(STEPS, 1, |x, _| Rgb(colour(f64::from(x) / f64::from(STEPS - 1)))))
+    data_uri(&RgbImage::from_fn(STEPS, 1, |x, _| colour(f64::from(x) / f64::from(STEPS - 1))))
 }
 
 fn data_uri(picture: &RgbImage) -> String {

@@ -1,7 +1,7 @@
-//! Where the random numbers of a path come from, by address: (seed, pass, pixel, sample).
+//! Samplers: the random numbers of a path as a function of its address (seed, replicate, pixel, sample).
 //!
-//! A *pass* is a whole estimate of the image, of as many samples a pixel as the film is asked for; a sampler spreads
-//! the samples of one pass evenly and makes passes independent of one another.
+//! A replicate is one estimate of the whole image. A sampler spreads the samples of a replicate evenly; different replicates
+//! are independent of each other.
 
 mod independent;
 pub mod laws;
@@ -17,24 +17,21 @@ use glam::DVec2;
 
 use crate::{
     math::rng::Stream,
-    scene_file::{
-        Category, Described as _, Document, ObjectId, Param, ParamKind, Property, Range, SourceLocation, Value,
-        catalogue,
-    },
+    scene_file::{Category, Described as _, Document, ObjectId, Param, ParamKind, Property, Range, Value, catalogue},
 };
 
-/// Which sample of which pixel a stream is for.
+/// The address of a path: its random numbers depend on nothing else.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Address {
     /// The user's seed.
     pub seed: u64,
-    /// Which estimate of the image.
+    /// The number of the replicate.
     pub replicate: u64,
-    /// The pixel's number on the whole film, row by row.
+    /// The number of the pixel on the whole film, row by row from 0.
     pub pixel: u64,
-    /// Which sample of this pixel in this pass.
+    /// The number of the sample of this pixel in this replicate, from 0.
     pub sample: u32,
-    /// How many samples a pixel gets in this pass.
+    /// The number of samples of each pixel in this replicate.
     pub samples: u32,
 }
 
@@ -49,11 +46,11 @@ impl Address {
     }
 }
 
-/// A source of numbers for one path.
+/// The random numbers of one path, dimension by dimension.
 pub trait SampleStream {
-    /// The next number of [0, 1).
+    /// The next number, uniform on [0, 1).
     fn next_1d(&mut self) -> f64;
-    /// The next point of the unit square.
+    /// The next point, uniform on [0, 1)².
     fn next_2d(&mut self) -> DVec2;
 }
 
@@ -70,11 +67,11 @@ impl SampleStream for Stream {
 }
 
 catalogue! {
-    /// A way to spread samples.
+    /// A sampler.
     pub enum Sampler: SamplerModel in Category::Sampler, {
         /// Independent numbers.
         Independent(Independent),
-        /// One number in each of as many strata as there are samples.
+        /// Stratified samples: one number in each of as many strata as there are samples.
         Stratified(Stratified),
         /// Owen-scrambled Sobol points.
         LowDiscrepancy(LowDiscrepancy),
@@ -87,26 +84,26 @@ const SAMPLE_COUNT: Param = Param::new("sample_count", ParamKind::Integer, "4", 
     max: 1e9,
     open: false,
 });
-/// Read as in Mitsuba; `--seed` goes before it.
-const SEED: Param = Param::new("seed", ParamKind::Integer, "0", "the seed, unless the command line gives one")
+/// Read as in Mitsuba. A seed that a render is given comes before it.
+const SEED: Param = Param::new("seed", ParamKind::Integer, "0", "the seed, unless a render is given another")
     .within(Range::NON_NEGATIVE);
 
-/// What every sampler answers.
+/// The interface of all samplers.
 #[enum_dispatch]
 pub trait SamplerModel {
     /// The samples per pixel that the scene asks for.
     fn sample_count(&self) -> u32;
     /// The seed that the scene asks for.
     fn seed(&self) -> u64;
-    /// The numbers of a path.
+    /// The random numbers of the path at an address.
     fn path_sampler(&self, address: &Address) -> PathSampler;
-    /// Whether a sample has the same numbers however many there are, so that more can be added to those that are there.
+    /// Whether the numbers of a sample do not depend on the number of samples, so that samples can be added later.
     fn is_open_ended(&self) -> bool {
         false
     }
 }
 
-/// The numbers of one path, of whichever sampler.
+/// The random numbers of one path by any of the samplers.
 #[derive(Clone, Debug)]
 pub enum PathSampler {
     /// Of [`Independent`].
@@ -138,21 +135,20 @@ impl SampleStream for PathSampler {
 }
 
 impl Sampler {
-    /// Gives the sensors of a scene another sampler, which keeps the parameters that both have.
+    /// Replaces the samplers of all sensors by the plugin `name`, which keeps the parameters that both have.
     pub fn replace(document: &mut Document, name: &str) {
         for sensor in sensors(document) {
             let own = document.child(sensor, Category::Sampler);
-            let option = format!("--sampler {name}");
-            let id = document.add_stand_in(own, Category::Sampler, name, Self::PLUGINS, &option);
+            let id = document.add_stand_in(own, Category::Sampler, name, Self::PLUGINS);
+            let place = document.object(id).place.clone();
             let properties = &mut document.objects[sensor.0].properties;
             properties.retain(|property| own.is_none_or(|own| property.value != Value::Object(own)));
-            let property =
-                Property { name: option.clone(), value: Value::Object(id), place: SourceLocation::argument(&option) };
-            properties.push(property);
+            properties.push(Property { name: "sampler".to_owned(), value: Value::Object(id), place });
         }
     }
 
-    /// The sampler of a scene's sensor as text: its name, and what is set of it but the number of samples and the seed.
+    /// The sampler of a scene's sensor as text: its name and the parameters that are set, without the number of samples and the
+    /// seed.
     #[must_use]
     pub fn described(document: &Document) -> String {
         let sensor = sensors(document).into_iter().next();
@@ -174,7 +170,7 @@ fn sensors(document: &Document) -> Vec<ObjectId> {
     objects.filter(is_sensor).collect()
 }
 
-/// The two parameters that all samplers share.
+/// The parameters that all samplers share: the number of samples and the seed.
 #[derive(Clone, Copy, Debug)]
 pub struct Common {
     sample_count: u32,

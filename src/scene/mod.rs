@@ -1,4 +1,4 @@
-//! From a scene file to a scene that rays can meet.
+//! Scenes: shapes with their materials and emitters, and the sensor, ready for rays.
 
 mod build;
 pub mod laws;
@@ -15,7 +15,7 @@ use crate::{
     shape::{Shape, ShapeModel as _, Shapes, Surface},
 };
 
-/// Everything that light meets, and the sensor that looks at it.
+/// All shapes with their materials, all emitters, and the sensor.
 #[derive(Debug)]
 pub struct Scene {
     /// The camera, its film and its sampler.
@@ -59,21 +59,21 @@ struct Light {
     part: Option<usize>,
 }
 
-/// A point of the scene that a ray met.
+/// A point where a ray meets the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfaceInteraction {
     /// The ray's parameter.
     pub t: f64,
     /// The point of the surface.
     pub surface: Surface,
-    /// The unit direction back along the ray.
+    /// The unit direction back along the ray, in world space.
     pub wi_world: DVec3,
-    /// The number of the shape, in document order.
+    /// The number of the shape, from 0 in document order.
     pub shape_index: usize,
 }
 
 impl SurfaceInteraction {
-    /// The unit normal of the true surface, on the side that the ray came from.
+    /// The unit normal of the geometric surface, on the side that the ray came from.
     #[inline]
     #[must_use]
     pub fn facing(&self) -> DVec3 {
@@ -83,7 +83,7 @@ impl SurfaceInteraction {
 }
 
 impl Scene {
-    /// The first point that a ray meets.
+    /// The first point where a ray meets the scene; None if it meets nothing.
     #[inline]
     #[must_use]
     pub fn intersect(&self, ray: &Ray) -> Option<SurfaceInteraction> {
@@ -92,7 +92,7 @@ impl Scene {
         Some(SurfaceInteraction { t: hit.t, surface, wi_world: -ray.direction.normalize(), shape_index: part })
     }
 
-    /// Whether anything stands in the way of a ray.
+    /// Whether a ray meets anything.
     #[inline]
     #[must_use]
     pub fn occluded(&self, ray: &Ray) -> bool {
@@ -106,8 +106,8 @@ impl Scene {
         distance.is_some_and(|distance| distance <= 0.5 * self.sensor.camera.footprint(si.surface.p))
     }
 
-    /// What gets through to the end of a ray from a vertex past surfaces that are transparent, without being bent, and
-    /// whether there is any such surface.
+    /// The transmittance along a ray from a vertex, from 0 to 1, through surfaces that let light pass straight on, and whether
+    /// there is any such surface. It is 0 if an opaque surface blocks the ray.
     #[inline(never)]
     #[must_use]
     pub fn straight_transmittance(&self, from: &SurfaceInteraction, ray: &Ray) -> (Rgb, bool) {
@@ -136,7 +136,7 @@ impl Scene {
         &self.bsdfs[self.materials[operand_index]]
     }
 
-    /// The radiance that a vertex emits back along the ray that met it.
+    /// The radiance that the emitter at a vertex sends back along the ray, in W/(m² sr); 0 if there is none.
     #[inline]
     #[must_use]
     pub fn emitted(&self, si: &SurfaceInteraction) -> Rgb {
@@ -153,28 +153,28 @@ impl Scene {
         self.has_self_emission
     }
 
-    /// The radiance that the material at a vertex shows by itself.
+    /// The radiance that the material at a vertex emits without being an emitter.
     #[must_use]
     pub fn self_emission(&self, si: &SurfaceInteraction) -> Rgb {
         let is_front = si.surface.shading.n.dot(si.wi_world) > 0.0;
         self.bsdf(si).self_emission(&si.surface, is_front)
     }
 
-    /// Whether a vertex lies on a light.
+    /// Whether a vertex lies on an area light.
     #[must_use]
     pub fn is_light(&self, si: &SurfaceInteraction) -> bool {
         self.parts[si.shape_index].light.is_some()
     }
 
-    /// The radiance that a ray which meets nothing brings.
+    /// The radiance of the environment in a direction, in W/(m² sr), for a ray that meets nothing.
     #[must_use]
     pub fn environment(&self, direction: DVec3) -> Rgb {
         self.environment
             .map_or(Rgb::ZERO, |environment| self.lights[environment].emitter.environment_radiance(direction))
     }
 
-    /// Draws a light, each with the same chance, and a direction to it; the value is divided by that chance for a
-    /// light of a single direction, and the density multiplied by it for others. Also the number of the light.
+    /// Samples an emitter, each with the same probability, and a direction to it; also returns the number of the emitter. For a
+    /// delta emitter the value is divided by that probability, for others the density is multiplied by it.
     #[inline]
     #[must_use]
     pub fn sample_emitter_direction(&self, from: DVec3, u: DVec2) -> Option<(EmitterSample, usize)> {
@@ -194,7 +194,7 @@ impl Scene {
         Some((emitter_sample, index))
     }
 
-    /// The density with which [`Scene::sample_emitter_direction`] draws the direction to a vertex, or to the sky.
+    /// The density with which [`Scene::sample_emitter_direction`] samples the direction to a vertex, or to the environment.
     #[inline]
     #[must_use]
     pub fn pdf_emitter_direction(&self, from: DVec3, si: Option<&SurfaceInteraction>) -> PerSolidAngle {
@@ -209,9 +209,9 @@ impl Scene {
         PerSolidAngle(pdf / self.lights.len().max(1) as f64)
     }
 
-    /// Draws light that sets out from a light, which is drawn with a chance in proportion to its power, and the number
-    /// of that light. The flux is what the whole scene emits if this is the only draw. None if there is no light, or the
-    /// draw carries nothing.
+    /// Samples an emitter with a probability proportional to its power, and a ray that leaves it; also returns the number of
+    /// the emitter. The flux is an estimate of the power of the whole scene. None if there is no emitter or the sample carries
+    /// no light.
     #[inline]
     pub fn emit(&self, sampler: &mut impl SampleStream) -> Option<(Emission, usize)> {
         let target = EmissionTarget { sphere: self.scene_bounds, before: self.scene_bounds.radius, is_aimed: false };
@@ -229,7 +229,7 @@ impl Scene {
         (emission.flux != Rgb::ZERO).then_some((Emission { flux: emission.flux / chance, ..emission }, index))
     }
 
-    /// Like [`Scene::emit`], but only light that may meet mirrors or glass first: it is aimed at the balls around them.
+    /// As [`Scene::emit`], restricted to rays towards the bounding spheres of mirrors and glass.
     pub fn emit_at_specular(&self, sampler: &mut impl SampleStream) -> Option<Emission> {
         let Some(spheres) = &self.specular else { return self.emit(sampler).map(|(emission, _)| emission) };
         let section = |sphere: &BoundingSphere| sphere.radius * sphere.radius;
@@ -255,41 +255,41 @@ impl Scene {
         EmissionTarget { sphere: *sphere, before, is_aimed: true }
     }
 
-    /// Whether anything scatters into single directions.
+    /// Whether any material has delta directions.
     #[must_use]
     pub fn has_specular(&self) -> bool {
         self.specular.as_ref().is_none_or(|spheres| !spheres.is_empty())
     }
 
-    /// Whether anything scatters into more than single directions.
+    /// Whether any material scatters into more than delta directions.
     #[must_use]
     pub fn has_smooth(&self) -> bool {
         self.materials.iter().any(|&material| self.bsdfs[material].is_smooth())
     }
 
-    /// A ball around everything of finite size.
+    /// A sphere around all shapes of finite size.
     #[must_use]
     pub fn scene_bounds(&self) -> BoundingSphere {
         self.scene_bounds
     }
 
-    /// The flat piece of surface that a vertex lies on, if it is a polygon.
+    /// The corners of the parallelogram that a vertex lies on, in order; None if its surface is not one.
     #[must_use]
     pub fn polygon(&self, si: &SurfaceInteraction) -> Option<[DVec3; 4]> {
         self.shapes[si.shape_index].polygon(&si.surface)
     }
 
-    /// A number of the piece of surface that a vertex lies on: the face of a polyhedron, or the whole shape.
+    /// The number of the piece of surface that a vertex lies on: the face of a polyhedron, or else the whole shape.
     #[must_use]
     pub fn surface_id(&self, si: &SurfaceInteraction) -> u32 {
         let face = if self.shapes[si.shape_index].is_polyhedron() { u64::from(si.surface.primitive) } else { 0 };
         hash(&[si.shape_index as u64, face]) as u32
     }
 
-    /// Makes sure that light can be followed from its source.
+    /// Checks that light can be traced from its sources.
     ///
     /// # Errors
-    /// If light from far away falls on an infinite plane, all of which no finite number of paths can reach.
+    /// If a distant emitter lights an infinite plane, which no finite number of light paths covers.
     pub fn check_emission(&self) -> Result<(), String> {
         let is_distant = self.lights.iter().any(|light| light.emitter.is_distant());
         if is_distant && self.shapes.is_unbounded() {
@@ -298,13 +298,13 @@ impl Scene {
         Ok(())
     }
 
-    /// Whether there is any light, if only a black one.
+    /// Whether there is an emitter, with or without power.
     #[must_use]
     pub fn has_lights(&self) -> bool {
         !self.lights.is_empty() || self.has_self_emission
     }
 
-    /// Whether anything shines.
+    /// Whether an emitter has power or a material emits radiance.
     #[must_use]
     pub fn shines(&self) -> bool {
         // A ball of any size, for there may be nothing of finite size to shine on.
@@ -317,13 +317,13 @@ impl Scene {
         self.has_self_emission || self.lights.iter().any(shines)
     }
 
-    /// The luminous part of the power in W that all lights send into the scene together.
+    /// The luminance of the power in W that all emitters send into the scene together.
     #[must_use]
     pub fn power(&self) -> f64 {
         self.power
     }
 
-    /// What a careful user would want to know: dropped triangles.
+    /// Warnings for the user, such as triangles without area that were left out.
     #[must_use]
     pub fn warnings(&self) -> &[String] {
         &self.warnings

@@ -1,9 +1,9 @@
 //! Changes of a document before it is read, and objects as text.
 
-use super::{Category, Document, Object, ObjectId, Plugin, Property, SourceLocation, Value};
+use super::{Category, Document, Object, ObjectId, Override, Plugin, Property, SourceLocation, Value};
 
 impl Document {
-    /// The first object of a category that stands in an object.
+    /// The first child of a category that an object has.
     #[must_use]
     pub fn child(&self, parent: ObjectId, category: Category) -> Option<ObjectId> {
         self.object(parent).properties.iter().find_map(|property| match property.value {
@@ -12,16 +12,15 @@ impl Document {
         })
     }
 
-    /// Adds an object that can stand in another's place: the plugin `name`, of which `plugins` are known, with those
-    /// parameters of the other that it has too. An object that wraps others of its category leaves the parameters to them.
-    /// `option` is what the user wrote to get it.
+    /// Adds an object that can take the place of `own`: the plugin `name`, one of `plugins`, with those parameters of `own`
+    /// that it has too. If `own` wraps other objects of its category, their parameters are taken as well. Messages about the
+    /// new object name `option`, the text by which the user asked for it.
     pub fn add_stand_in(
         &mut self,
         own: Option<ObjectId>,
         category: Category,
         name: &str,
         plugins: &[&Plugin],
-        option: &str,
     ) -> ObjectId {
         let known = plugins.iter().find(|plugin| plugin.name == name);
         let has = |param: &str| known.is_some_and(|plugin| plugin.params.iter().any(|p| p.name == param));
@@ -36,15 +35,15 @@ impl Document {
             category,
             plugin: name.to_owned(),
             id: None,
-            place: SourceLocation::argument(option),
+            place: SourceLocation::Override(Override::Plugin { category, name: name.to_owned() }),
             folder: self.object(self.root).folder.clone(),
             properties,
         });
         ObjectId(self.objects.len() - 1)
     }
 
-    /// An object as text, the same for all ways to write it: its plugin with the parameters that are set, in the order of
-    /// their names, but for those that are `left_out`.
+    /// An object as text that does not depend on the order in which it was written: the name of its plugin with the
+    /// parameters that are set, sorted by name, without those in `left_out`.
     #[must_use]
     pub fn describe(&self, id: ObjectId, left_out: &[&str]) -> String {
         let object = self.object(id);

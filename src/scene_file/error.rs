@@ -1,37 +1,89 @@
 use std::{fmt, sync::Arc};
 
-/// A position in a scene's files, or an argument of the command line that changes the scene.
+use super::Category;
+
+/// Where a value of a scene comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SourceLocation {
-    /// The file as the user named it, or the argument.
-    pub file: Arc<str>,
-    /// The line, from 1; 0 for an argument.
-    pub line: u32,
-    /// The column in characters, from 1; 0 for an argument.
-    pub column: u32,
+pub enum SourceLocation {
+    /// A position in one of the scene's files.
+    File {
+        /// The file as the user named it.
+        file: Arc<str>,
+        /// The line, from 1.
+        line: u32,
+        /// The column in characters, from 1.
+        column: u32,
+    },
+    /// A position in the program that builds the scene.
+    Code {
+        /// The Rust source file.
+        file: Arc<str>,
+        /// The line, from 1.
+        line: u32,
+        /// The column in characters, from 1.
+        column: u32,
+        /// The object with those around it, such as `shape "sphere" #2 > bsdf "diffuse"`: a loop makes many objects at one
+        /// position.
+        object: Option<Arc<str>>,
+    },
+    /// A change of the scene that stands in none of its files.
+    Override(Override),
 }
 
 impl SourceLocation {
-    /// An argument of the command line.
+    /// The same position in a program, for an object.
     #[must_use]
-    pub fn argument(text: &str) -> Self {
-        Self { file: text.into(), line: 0, column: 0 }
+    pub(super) fn for_object(self, label: &Arc<str>) -> Self {
+        match self {
+            Self::Code { file, line, column, .. } => Self::Code { file, line, column, object: Some(label.clone()) },
+            other => other,
+        }
+    }
+}
+
+/// A change of a scene after its files were read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Override {
+    /// Another plugin in the place of the scene's own.
+    Plugin {
+        /// What it is.
+        category: Category,
+        /// Its name.
+        name: String,
+    },
+    /// A parameter of the integrator.
+    Parameter {
+        /// Its name.
+        name: String,
+        /// Its value.
+        value: String,
+    },
+}
+
+impl fmt::Display for Override {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Plugin { category, name } => write!(f, "override {category}={name}"),
+            Self::Parameter { name, value } => write!(f, "override {name}={value}"),
+        }
     }
 }
 
 impl fmt::Display for SourceLocation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.line == 0 {
-            return f.write_str(&self.file);
+        match self {
+            Self::File { file, line, column } => write!(f, "{file}:{line}:{column}"),
+            Self::Code { file, line, column, object: None } => write!(f, "{file}:{line}:{column}"),
+            Self::Code { file, line, column, object: Some(object) } => write!(f, "{file}:{line}:{column}: {object}"),
+            Self::Override(change) => change.fmt(f),
         }
-        write!(f, "{}:{}:{}", self.file, self.line, self.column)
     }
 }
 
-/// One fault in a scene file: where, what, and what would have been right. Displays as one line.
+/// One fault of a scene: where, what, and what would have been right. Displays as one line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// Where, unless the fault is in no file (a parameter given on the command line).
+    /// Where, unless the fault has no place.
     pub place: Option<SourceLocation>,
     /// What is wrong.
     pub what: String,
@@ -39,21 +91,29 @@ pub struct Diagnostic {
     pub hint: Option<String>,
 }
 
+impl Diagnostic {
+    /// What is wrong and what would have been right, without the place.
+    #[must_use]
+    pub fn message(&self) -> String {
+        match &self.hint {
+            Some(hint) => format!("{}; {hint}", self.what),
+            None => self.what.clone(),
+        }
+    }
+}
+
 impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(place) = &self.place {
             write!(f, "{place}: ")?;
         }
-        f.write_str(&self.what)?;
-        match &self.hint {
-            Some(hint) => write!(f, "; {hint}"),
-            None => Ok(()),
-        }
+        f.write_str(&self.message())
     }
 }
 
-/// All that is wrong with a scene, at least one fault; displays as one line each.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// All that is wrong with a scene, at least one fault. Displays as one line for each; its `Debug` output is the same, so
+/// that a `main` that returns it prints lines to read.
+#[derive(Clone, PartialEq, Eq)]
 pub struct SceneError(pub Vec<Diagnostic>);
 
 impl SceneError {
@@ -86,6 +146,12 @@ impl fmt::Display for SceneError {
             write!(f, "{diagnostic}")?;
         }
         Ok(())
+    }
+}
+
+impl fmt::Debug for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
     }
 }
 

@@ -1,25 +1,32 @@
-//! What a scene file says, before anyone asks what it means: typed objects with typed properties, each of which
-//! knows its file, line and column; and [`Params`], through which a plugin reads its own.
+//! Scene descriptions: a [`Document`] of typed objects with typed properties, each of which knows where it was written.
 //!
-//! [`xml`] makes a [`Document`] from text. Nothing in here knows a shape from a light.
+//! A document comes from a Mitsuba 3 file ([`xml`]) or from code ([`builder`]). Plugins read their parameters from it
+//! through [`Params`], which checks types and ranges. This module knows no plugin.
 
+pub mod builder;
 mod catalogue;
 mod edit;
 mod error;
+mod mesh;
+mod number;
 mod params;
 mod plugin;
+mod transform;
 pub mod xml;
 
 pub(crate) use catalogue::catalogue;
-pub use error::{Diagnostic, SceneError, SourceLocation};
+pub use error::{Diagnostic, Override, SceneError, SourceLocation};
+pub use mesh::MeshArrays;
+pub use number::whole_number;
 pub use params::Params;
 pub use plugin::{DefaultValue, Described, FARTHEST, Param, ParamKind, Plugin, Range};
+pub use transform::Transform;
 
 use std::{fmt, path::PathBuf, sync::Arc};
 
 use glam::{DAffine3, DVec3};
 
-/// What an object is, by its tag.
+/// The kind of an object, which is its tag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Category {
     /// `<scene>`
@@ -87,33 +94,34 @@ impl fmt::Display for Category {
     }
 }
 
-/// Which object of a [`Document`].
+/// The number of an object in a [`Document`], from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ObjectId(pub usize);
 
-/// A whole scene description: all its objects, with references resolved.
+/// A whole scene description: all its objects, with references resolved. [`xml::read`] and
+/// [`builder::ObjectBuilder::build`] make one.
 #[derive(Clone, Debug)]
 pub struct Document {
-    /// Every object; an object that is referred to twice stands here once.
+    /// Every object, each before those in it. An object that several others refer to stands here once.
     pub objects: Vec<Object>,
-    /// The outermost one.
+    /// The outermost object, a `<scene>`.
     pub root: ObjectId,
-    /// The files that were read to make it, the scene file first.
+    /// The files that were read to make it, the scene file first; none if it was built in code.
     pub files: Vec<PathBuf>,
 }
 
-/// One element with a `type`.
+/// An object of a scene: an element with a `type`.
 #[derive(Clone, Debug)]
 pub struct Object {
-    /// What it is.
+    /// Its category, which is its tag.
     pub category: Category,
-    /// Which of that kind: the `type` attribute; empty for a scene.
+    /// The name of its plugin, the `type` attribute; empty for a scene.
     pub plugin: String,
     /// Its `id`, if it has one.
     pub id: Option<String>,
-    /// Where it stands.
+    /// Where it was written.
     pub place: SourceLocation,
-    /// The folder that its relative file names start from.
+    /// The folder where its relative file names start.
     pub folder: Arc<PathBuf>,
     /// Its properties and child objects in document order. Children without a name are called `_arg_0`, `_arg_1`, ...
     pub properties: Vec<Property>,
@@ -126,11 +134,11 @@ pub struct Property {
     pub name: String,
     /// The value.
     pub value: Value,
-    /// Where it stands.
+    /// Where it was written.
     pub place: SourceLocation,
 }
 
-/// What a property can hold.
+/// The value of a property.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// `<float>`
@@ -141,14 +149,16 @@ pub enum Value {
     Boolean(bool),
     /// `<string>`
     String(String),
-    /// `<rgb>`, linear Rec. 709
+    /// `<rgb>`: red, green and blue in linear Rec. 709
     Rgb(DVec3),
     /// `<spectrum>`
     Spectrum(Spectrum),
-    /// `<point>` or `<vector>`, which may stand for each other
+    /// `<point>` or `<vector>`, which may stand for each other: x, y and z
     Vector(DVec3),
-    /// `<transform>`, affine and regular
+    /// `<transform>`, affine and invertible
     Transform(DAffine3),
+    /// Triangles, in a scene that is built in code
+    Mesh(Arc<MeshArrays>),
     /// A child object or a `<ref>` to one
     Object(ObjectId),
 }
@@ -165,7 +175,7 @@ pub enum Spectrum {
 }
 
 impl Value {
-    /// What a message calls this type.
+    /// The name of its type in messages.
     #[must_use]
     pub fn type_name(&self) -> &'static str {
         match self {
@@ -177,13 +187,17 @@ impl Value {
             Self::Spectrum(_) => "spectrum",
             Self::Vector(_) => "vector",
             Self::Transform(_) => "transform",
+            Self::Mesh(_) => "mesh",
             Self::Object(_) => "object",
         }
     }
 }
 
 impl Document {
-    /// The object with this number.
+    /// The object with a number.
+    ///
+    /// # Panics
+    /// If the document has no object with this number.
     #[must_use]
     pub fn object(&self, id: ObjectId) -> &Object {
         &self.objects[id.0]

@@ -1,17 +1,21 @@
-use std::{cell::RefCell, path::PathBuf};
+use std::{cell::RefCell, path::PathBuf, sync::Arc};
 
 use glam::{DAffine3, DVec3};
 
 use super::{
-    Category, DefaultValue, Document, Object, ObjectId, Param, ParamKind, Plugin, Property, Range, SceneError,
-    Spectrum, Value, plugin::number,
+    Category, DefaultValue, Document, MeshArrays, Object, ObjectId, Param, ParamKind, Plugin, Property, Range,
+    SceneError, Spectrum, Value, plugin::number,
 };
 use crate::math::Rgb;
 
-/// A plugin's view of its own element: reads parameters by the plugin's table, checks type and range, fills in the
-/// defaults, and knows in the end which properties nobody asked for.
+/// A plugin's view of its own object. It reads parameters by the plugin's table, checks their types and ranges, fills in
+/// the defaults, and reports in the end the properties that were not read.
 ///
-/// Asking for a parameter that the table lacks is a bug of the plugin and panics.
+/// # Errors
+/// A reader fails if the parameter has another type, is out of its range, or is absent and required.
+///
+/// # Panics
+/// A reader panics if the plugin's table lacks the parameter, which is a bug of the plugin.
 pub struct Params<'d> {
     document: &'d Document,
     object: &'d Object,
@@ -49,7 +53,7 @@ impl<'d> Params<'d> {
         Ok(Self { document, object, plugin, used: RefCell::new(vec![false; object.properties.len()]) })
     }
 
-    /// The manual page that it reads by.
+    /// The manual page with the table of parameters.
     #[must_use]
     pub fn plugin(&self) -> &'static Plugin {
         self.plugin
@@ -61,16 +65,16 @@ impl<'d> Params<'d> {
         self.document
     }
 
-    /// The element itself.
+    /// The object itself.
     #[must_use]
     pub fn object(&self) -> &'d Object {
         self.object
     }
 
-    /// A number.
+    /// A number; an integer stands for a float.
     ///
     /// # Errors
-    /// If it is of another type, out of its range, or absent and required; likewise for all readers below.
+    /// If it is of another type, out of its range, or absent and required. All readers below fail for the same reasons.
     pub fn float(&self, name: &str) -> Result<f64, SceneError> {
         self.required(name, self.optional_float(name)?)
     }
@@ -110,7 +114,7 @@ impl<'d> Params<'d> {
         self.required(name, given)
     }
 
-    /// A text; of a [`ParamKind::Choice`], one of its words.
+    /// A text. For a [`ParamKind::Choice`] it is one of the choices.
     pub fn string(&self, name: &str) -> Result<&'d str, SceneError> {
         self.required(name, self.optional_string(name)?)
     }
@@ -132,7 +136,7 @@ impl<'d> Params<'d> {
         Ok(Some(text))
     }
 
-    /// A file name, taken from the folder of the scene file that names it.
+    /// A file name. A relative one starts from the folder of the scene file.
     pub fn file(&self, name: &str) -> Result<PathBuf, SceneError> {
         Ok(self.object.folder.join(self.string(name)?))
     }
@@ -148,8 +152,8 @@ impl<'d> Params<'d> {
 
     /// The colour that a property holds, each channel within the parameter's range.
     ///
-    /// A uniform `<spectrum>` is a grey where it stands for a reflectance; on an emitter Mitsuba turns it into the
-    /// colour (1.2048, 0.9483, 0.9087), a surprise that we answer with an error.
+    /// A uniform `<spectrum>` is a grey where it stands for a reflectance. On an emitter it is an error: Mitsuba turns it into
+    /// the colour (1.2048, 0.9483, 0.9087) there.
     pub fn colour(&self, property: &Property) -> Result<Rgb, SceneError> {
         let rgb = match &property.value {
             Value::Rgb(rgb) => *rgb,
@@ -189,7 +193,7 @@ impl<'d> Params<'d> {
         Ok(point)
     }
 
-    /// Finite numbers in one text, separated by commas or blanks.
+    /// Finite numbers in one text, separated by commas or blanks. There may be any number of them.
     pub fn numbers(&self, name: &str) -> Result<Vec<f64>, SceneError> {
         let parse = |item: &str| {
             let number = item.parse().ok().filter(|x: &f64| x.is_finite());
@@ -209,7 +213,17 @@ impl<'d> Params<'d> {
         }
     }
 
-    /// The property as it stands, for values that may take several forms.
+    /// Triangles in arrays.
+    pub fn mesh(&self, name: &str) -> Result<&'d Arc<MeshArrays>, SceneError> {
+        let arrays = match self.find(name) {
+            None => None,
+            Some(Property { value: Value::Mesh(arrays), .. }) => Some(arrays),
+            Some(property) => return Err(self.wrong_type(property, "mesh")),
+        };
+        self.required(name, arrays)
+    }
+
+    /// The property itself, for values of several types; None if it is absent.
     pub fn find(&self, name: &str) -> Option<&'d Property> {
         self.param(name);
         let index = self.object.properties.iter().position(|p| p.name == name)?;
@@ -223,7 +237,7 @@ impl<'d> Params<'d> {
         self.param(name).range
     }
 
-    /// The child objects of one category, whatever their names, in document order.
+    /// The child objects of one category under any name, in document order.
     #[must_use]
     pub fn children(&self, category: Category) -> Vec<ObjectId> {
         let mut used = self.used.borrow_mut();
@@ -239,10 +253,10 @@ impl<'d> Params<'d> {
         found
     }
 
-    /// The child object of a category of which there can be at most one.
+    /// The only child object of a category, if there is one.
     ///
     /// # Errors
-    /// If there are two.
+    /// If there are several.
     pub fn child(&self, category: Category) -> Result<Option<ObjectId>, SceneError> {
         let children = self.children(category);
         if children.len() > 1 {
@@ -253,17 +267,17 @@ impl<'d> Params<'d> {
         Ok(children.first().copied())
     }
 
-    /// An error about a parameter, at its place, or at the object's if it is absent.
+    /// An error about a parameter, at its place, or at the place of the object if the parameter is absent.
     #[must_use]
     pub fn error(&self, name: &str, what: impl Into<String>) -> SceneError {
         let property = self.object.properties.iter().find(|p| p.name == name);
         SceneError::at(property.map_or(&self.object.place, |p| &p.place), what)
     }
 
-    /// Checks that every property was asked for.
+    /// Checks that every property was read.
     ///
     /// # Errors
-    /// One for each that was not, naming those that would have been right.
+    /// A fault for each property that was not, with the names of all parameters.
     pub fn finish(&self) -> Result<(), SceneError> {
         let mut error = SceneError(Vec::new());
         for (property, used) in self.object.properties.iter().zip(self.used.borrow().iter()) {

@@ -1,24 +1,24 @@
 use super::{Category, Params, SceneError};
 
-/// What a plugin is to its users: the manual page, the parameter table that its reader reads by, and the examples
-/// that the laws of its list run over.
+/// The manual page of a plugin. Its table of parameters is also what its reader reads by, and the laws of its list run over
+/// its examples.
 #[derive(Clone, Copy, Debug)]
 pub struct Plugin {
-    /// The tag it goes with.
+    /// The category, which is its tag.
     pub category: Category,
     /// The `type` attribute.
     pub name: &'static str,
-    /// One sentence.
+    /// Its purpose in one sentence.
     pub summary: &'static str,
     /// Every parameter it reads.
     pub params: &'static [Param],
-    /// Elements as they would stand in a scene; every one must be read, and the list's laws hold for every one.
+    /// Elements as they stand in a scene. Each must be read without a fault, and the laws of the list hold for each.
     pub examples: &'static [&'static str],
-    /// Names of rows of `etendue verify` that speak for it, beyond the laws of its list.
+    /// Names of rows of `etendue verify` that check it besides the laws of its list; `*` stands for any text.
     pub evidence: &'static [&'static str],
 }
 
-/// What every member of every list has: its manual page and its reader.
+/// The manual page and the reader that every plugin has.
 pub trait Described: Sized {
     /// The manual page.
     const PLUGIN: Plugin;
@@ -26,7 +26,7 @@ pub trait Described: Sized {
     /// Reads the parameters.
     ///
     /// # Errors
-    /// If one is wrong.
+    /// If one is absent, of another type, or out of its range.
     fn read(params: &Params<'_>) -> Result<Self, SceneError>;
 }
 
@@ -37,53 +37,55 @@ pub struct Param {
     pub name: &'static str,
     /// The type of its value.
     pub kind: ParamKind,
-    /// What holds when it is absent.
+    /// Its value when it is absent.
     pub default: DefaultValue,
-    /// Which numbers are allowed.
+    /// The numbers that are allowed, for each channel of a colour.
     pub range: Range,
-    /// What it means, with its unit.
+    /// Its meaning, with its unit.
     pub description: &'static str,
 }
 
 /// The type of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParamKind {
-    /// A number; an integer will do.
+    /// A number; an integer stands for a float.
     Float,
     /// A whole number.
     Integer,
-    /// true or false.
+    /// `true` or `false`.
     Boolean,
     /// Any text.
     String,
-    /// One of some words.
+    /// One of several words.
     Choice(&'static [&'static str]),
-    /// A file, relative to the scene file.
+    /// A file name, relative to the folder of the scene file.
     File,
     /// Linear RGB.
     Rgb,
     /// Linear RGB, a number for grey, or a texture.
     Texture,
-    /// Three coordinates.
+    /// Three coordinates: a point or a vector.
     Point,
-    /// An affine map.
+    /// An affine map that can be inverted.
     Transform,
+    /// Triangles in arrays, which only scenes built in code can hold.
+    Mesh,
     /// A child object.
     Object(Category),
 }
 
-/// What holds when a parameter is absent.
+/// The value of a parameter that is absent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DefaultValue {
-    /// An error.
+    /// None: its absence is an error.
     Required,
-    /// The plugin does without; the text says how.
+    /// None: the text says what the plugin does without it.
     Absent(&'static str),
-    /// This value, written as it would stand in a scene file.
+    /// This value, as it is written in a scene file.
     Value(&'static str),
 }
 
-/// No coordinate of a scene is farther from 0.
+/// The largest distance of a coordinate of a scene from 0.
 pub const FARTHEST: f64 = 1e15;
 
 /// An interval of numbers.
@@ -93,7 +95,7 @@ pub struct Range {
     pub min: f64,
     /// The greatest.
     pub max: f64,
-    /// Whether `min` itself is left out.
+    /// Whether `min` itself is excluded.
     pub open: bool,
 }
 
@@ -104,20 +106,20 @@ impl Range {
     pub const POSITIVE: Self = Self { min: 0.0, max: f64::MAX, open: true };
     /// Zero or above, finite.
     pub const NON_NEGATIVE: Self = Self { min: 0.0, max: f64::MAX, open: false };
-    /// What a light can send out: images hold 32-bit floats, which end at 3.4e38.
+    /// The emission of a light. Images hold 32-bit floats, which end at 3.4e38.
     pub const LIGHT: Self = Self { min: 0.0, max: 1e30, open: false };
-    /// A length: the hierarchy of boxes holds 32-bit floats, whose squares end at 1.8e19.
+    /// A length. The hierarchy of boxes holds 32-bit floats, and the squares of lengths must stay below 3.4e38.
     pub const LENGTH: Self = Self { min: 0.0, max: FARTHEST, open: true };
     /// From 0 to 1, both included.
     pub const UNIT: Self = Self { min: 0.0, max: 1.0, open: false };
 
-    /// Whether a number lies in it; NaN does not.
+    /// Whether a number lies in the interval; NaN does not.
     #[must_use]
     pub fn contains(&self, x: f64) -> bool {
         x >= self.min && x <= self.max && !(self.open && x == self.min)
     }
 
-    /// What a message calls it.
+    /// The interval in words.
     #[must_use]
     pub fn describe(&self) -> String {
         match *self {
@@ -138,7 +140,7 @@ pub(super) fn number(x: f64) -> String {
 }
 
 impl Param {
-    /// A parameter of some kind that must be given.
+    /// A parameter that must be given.
     #[must_use]
     pub const fn required(name: &'static str, kind: ParamKind, description: &'static str) -> Self {
         Self { name, kind, default: DefaultValue::Required, range: Range::FINITE, description }
@@ -150,7 +152,7 @@ impl Param {
         Self { name, kind, default: DefaultValue::Value(default), range: Range::FINITE, description }
     }
 
-    /// A parameter that the plugin can do without.
+    /// A parameter that may be absent; `without` says what the plugin does then.
     #[must_use]
     pub const fn optional(
         name: &'static str,

@@ -1,4 +1,4 @@
-//! Cameras.
+//! Sensors: cameras with their films and samplers.
 
 pub mod laws;
 mod perspective;
@@ -17,31 +17,32 @@ use crate::{
     scene_file::{Category, FARTHEST, Param, ParamKind, Params, Range, SceneError, catalogue},
 };
 
-/// How a sensor sees a point.
+/// A direction from a point of the scene to the sensor.
 #[derive(Clone, Copy, Debug)]
 pub struct SensorSample {
-    /// Where on the film it is seen, in pixels; it may lie beside it.
+    /// The position on the film at which the point appears, in pixels from the top left corner; it may lie outside of the film.
     pub film: DVec2,
     /// The unit direction from the point to the sensor.
     pub direction: DVec3,
-    /// The stretch on which an occluder would hide the point.
+    /// The segment on which a surface would hide the point.
     pub ray: Ray,
-    /// Pixels per m² across `direction` at the point: the radiance that a pixel shows is what leaves there in this
-    /// direction times this, summed over all light that comes by.
+    /// The importance of the point, in pixels per m² perpendicular to `direction`: light of the intensity I, in W/sr, that leaves
+    /// the point in this direction adds I times this to the radiance of its pixel.
     pub importance: f64,
 }
 
-/// What a sensor answers.
+/// The interface of all cameras.
 #[enum_dispatch]
 pub trait SensorModel {
-    /// The ray whose radiance a sample measures: through a position on the film, in pixels from its top left corner,
-    /// and a point of the lens. Its direction has unit length. Every such ray counts the same.
+    /// The ray through a position on the film, in pixels from its top left corner, and a point of the lens, given by a point of
+    /// the unit square. Its direction has unit length. All rays have the same weight.
     fn ray(&self, film: DVec2, lens: DVec2) -> Ray;
 
-    /// How it sees a point through a point of its lens; None if it is behind a clipping plane.
+    /// The direction from a point to a point of the lens, given by a point of the unit square; None if a clipping plane hides
+    /// the point.
     fn sample_direction(&self, p: DVec3, lens: DVec2) -> Option<SensorSample>;
 
-    /// How wide a pixel's part of the plane is that lies through a point across the camera's axis.
+    /// The width, in m, of what a pixel covers on the plane through a point perpendicular to the camera's axis.
     fn footprint(&self, p: DVec3) -> f64;
 }
 
@@ -58,19 +59,19 @@ catalogue! {
 /// A camera with its film and its sampler.
 #[derive(Clone, Debug)]
 pub struct Sensor {
-    /// Where rays go.
+    /// The camera, which maps film positions to rays.
     pub camera: Camera,
-    /// Where samples lie.
+    /// The film.
     pub film: HdrFilm,
-    /// Where random numbers come from.
+    /// The sampler.
     pub sampler: Sampler,
 }
 
 impl Sensor {
-    /// Reads a sensor element with all it holds.
+    /// Reads a sensor with the film and the sampler in it.
     ///
     /// # Errors
-    /// If something in it is wrong.
+    /// All faults of the three.
     pub fn read(document: &crate::scene_file::Document, id: crate::scene_file::ObjectId) -> Result<Self, SceneError> {
         let params = Camera::params(document, id)?;
         let camera = Camera::read_from(&params)?;

@@ -1,7 +1,7 @@
-//! Surfaces that rays meet and lights shine from.
+//! Shapes: the surfaces that rays meet and area lights emit from.
 //!
-//! A shape answers in world space. Its own frame is an affine image of a canonical form (the unit sphere, the unit
-//! square, ...), so that every affine `to_world` is exact: a squeezed sphere is an ellipsoid, with the right normals.
+//! All results are in world space. A shape is an affine image of a canonical form (the unit sphere, the unit square, ...), so
+//! that every affine `to_world` is exact: a scaled sphere is an ellipsoid with the right normals.
 
 mod affine;
 pub mod bvh;
@@ -36,21 +36,21 @@ use crate::{
     scene_file::{Category, Document, ObjectId, Param, ParamKind, Params, SceneError, catalogue},
 };
 
-/// Where a ray meets a shape, in the shape's own terms.
+/// A point where a ray meets a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// The ray's parameter.
     pub t: f64,
-    /// Which face of a cube or triangle of a mesh.
+    /// The number of the face of a cube or of the triangle of a mesh, from 0; else 0.
     pub primitive: u32,
-    /// Which operand of a csg, counting all solids in it that are none themselves.
+    /// The number of the operand of a csg, counting all solids in it that are not csgs themselves; else 0.
     pub operand_index: u32,
-    /// Coordinates on the primitive: barycentric of the second and third corner for triangles, else unused.
+    /// The barycentric coordinates of the second and third corner of a triangle; unused for other shapes.
     pub coordinates: DVec2,
 }
 
 impl Hit {
-    /// A hit with a shape that is no csg.
+    /// A hit with a shape that is not a csg.
     #[must_use]
     pub fn new(t: f64, primitive: u32, coordinates: DVec2) -> Self {
         Self { t, primitive, operand_index: 0, coordinates }
@@ -62,33 +62,33 @@ impl Hit {
 pub struct Surface {
     /// The position.
     pub p: DVec3,
-    /// The unit normal of the true surface.
+    /// The unit normal of the geometric surface.
     pub n: DVec3,
     /// The frame that BSDFs work in; its normal is interpolated on smooth meshes, else it is `n`.
     pub shading: Frame,
     /// Texture coordinates.
     pub uv: DVec2,
-    /// Which face of a cube or triangle of a mesh.
+    /// The number of the face of a cube or of the triangle of a mesh.
     pub primitive: u32,
-    /// Which operand of a csg.
+    /// The number of the operand of a csg.
     pub operand_index: u32,
 }
 
 impl Surface {
-    /// A point where the shading normal is the true one.
+    /// A point where the shading normal is the geometric one.
     #[must_use]
     pub fn flat(p: DVec3, n: DVec3, uv: DVec2, primitive: u32) -> Self {
         Self { p, n, shading: Frame::from_normal(n), uv, primitive, operand_index: 0 }
     }
 
-    /// The same point of the other side's surface.
+    /// The same point with its normals reversed.
     #[must_use]
     pub fn flipped(self) -> Self {
         Self { n: -self.n, shading: Frame::from_normal(-self.shading.n), ..self }
     }
 }
 
-/// A point of a surface that was drawn at random, with its density.
+/// A sampled point of a surface, with its density.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeSample<Density> {
     /// The position.
@@ -97,26 +97,26 @@ pub struct ShapeSample<Density> {
     pub n: DVec3,
     /// Texture coordinates.
     pub uv: DVec2,
-    /// How densely such points are drawn.
+    /// The density with which the point was sampled.
     pub pdf: Density,
 }
 
-/// What a shape answers. A ray's direction need not have unit length.
+/// The interface of all shapes. The direction of a ray may have any length but 0.
 #[enum_dispatch]
 pub trait ShapeModel {
-    /// A box around all of it.
+    /// A box around the shape, in world space.
     fn bounds(&self) -> Aabb;
 
     /// The first hit with `t_min < t < t_max`.
     fn intersect(&self, ray: &Ray) -> Option<Hit>;
 
-    /// The hierarchy of a shape of many parts: what is in one of its blocks can be hit alone.
+    /// The bounding volume hierarchy of a shape of many parts, whose blocks can be intersected one by one.
     fn hierarchy(&self) -> Option<&Bvh> {
         None
     }
 
-    /// The first hit with what is in a block of the hierarchy; without one, with the whole shape. `shear` is that of
-    /// the ray, once something needs it.
+    /// The first hit with a block of the hierarchy; for a shape without one, with the whole shape. `shear` caches the ray's shear
+    /// for triangles.
     #[inline]
     fn intersect_block(&self, _block: u32, ray: &Ray, _shear: &mut Option<Shear>) -> Option<Hit> {
         self.intersect(ray)
@@ -125,22 +125,22 @@ pub trait ShapeModel {
     /// The surface at a hit of this ray.
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface;
 
-    /// Why it cannot be a light, if it cannot: no points are drawn from its surface then.
+    /// The reason why it cannot be an area light, if it cannot. Its surface is then not sampled.
     fn not_an_emitter_because(&self) -> Option<&'static str> {
         None
     }
 
-    /// Draws a point from all of the surface of a shape that can shine.
+    /// Samples a point of the surface of a shape that can be an area light.
     fn sample_position(&self, _u: DVec2) -> ShapeSample<PerArea> {
         unreachable!("no point is drawn from a shape that cannot shine")
     }
 
-    /// The density with which [`ShapeModel::sample_position`] draws a point.
+    /// The density with which [`ShapeModel::sample_position`] samples a point.
     fn pdf_position(&self, _surface: &Surface) -> PerArea {
         unreachable!("no point is drawn from a shape that cannot shine")
     }
 
-    /// Draws a point to be lit from, as seen from `from`; None where the drawn point is seen edge-on.
+    /// Samples a point to light `from` from, with its density per solid angle there; None if the surface is seen edge-on.
     fn sample_direction(&self, from: DVec3, u: DVec2) -> Option<ShapeSample<PerSolidAngle>> {
         let drawn = self.sample_position(u);
         let pdf = as_seen(drawn.pdf, from, drawn.p, drawn.n)?;
@@ -152,37 +152,37 @@ pub trait ShapeModel {
         as_seen(self.pdf_position(surface), from, surface.p, surface.n).unwrap_or(PerSolidAngle(0.0))
     }
 
-    /// The materials of its leaves as far as they have their own: more than one in a csg.
+    /// The material of each operand of a csg, or of the whole shape; None where it has none of its own.
     fn materials(&self) -> &[Option<ObjectId>] {
         &[None]
     }
 
-    /// Of a mesh, the distance in the world from a point of its surface to the nearest edge of its triangle.
+    /// For a mesh, the distance in m from a point of its surface to the nearest edge of its triangle.
     fn edge_distance(&self, _surface: &Surface) -> Option<f64> {
         None
     }
 
-    /// Whether its surface is made of parallelograms, which have a number each.
+    /// Whether its surface consists of numbered parallelograms.
     fn is_polyhedron(&self) -> bool {
         false
     }
 
-    /// The flat piece of surface around a point, all of it, if it is a parallelogram: its corners, in order.
+    /// The corners, in order, of the parallelogram around a point of a surface that consists of such.
     fn polygon(&self, _surface: &Surface) -> Option<[DVec3; 4]> {
         None
     }
 
-    /// Of a mesh that does not enclose a solid, which edges lie open.
+    /// The open edges of a mesh that does not enclose a solid.
     fn open_edges(&self) -> Option<OpenEdges> {
         None
     }
 
-    /// Whether its normals point inwards without being told to.
+    /// Whether its normals point inwards by default.
     fn is_inside_out(&self) -> bool {
         false
     }
 
-    /// How many parts without area were left out when it was read.
+    /// The number of triangles without area that were left out when it was read.
     fn dropped(&self) -> usize {
         0
     }
@@ -227,7 +227,7 @@ fn as_seen(pdf: PerArea, from: DVec3, p: DVec3, n: DVec3) -> Option<PerSolidAngl
 }
 
 catalogue! {
-    /// A shape without its material: the form alone.
+    /// The geometry of a shape, without material and emitter.
     pub enum Geometry: ShapeModel + SolidModel in Category::Shape, {
         /// A sphere or an ellipsoid.
         Sphere(EllipsoidShape<Sphere>),
@@ -259,6 +259,8 @@ catalogue! {
         Obj(mesh::Mesh<mesh::Obj>),
         /// Triangles from a kcply file.
         Kcply(mesh::Mesh<mesh::Kcply>),
+        /// Triangles from arrays.
+        Mesh(mesh::Mesh<mesh::Arrays>),
         /// Union, intersection and difference.
         Csg(Csg),
     }
@@ -270,7 +272,7 @@ const TO_WORLD: Param =
 const FLIP_NORMALS: Param =
     Param::new("flip_normals", ParamKind::Boolean, "false", "whether its normals point the other way");
 
-/// A form and which way its normals point.
+/// A geometry, and the direction of its normals.
 #[derive(Clone, Debug)]
 pub struct Shape {
     geometry: Geometry,
@@ -278,7 +280,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// Reads a shape element's own parameters; its bsdf and its emitter are the caller's.
+    /// Reads the parameters of a shape. The caller reads the bsdf and the emitter in it.
     ///
     /// # Errors
     /// If a parameter is wrong or its file cannot be read.
@@ -288,7 +290,7 @@ impl Shape {
         Ok(Self { geometry, flipped })
     }
 
-    /// The view of a shape element.
+    /// The view of a shape object.
     ///
     /// # Errors
     /// If no shape has its name.

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     comparison::{Metrics, TILE},
-    film::picture,
+    film::picture::{self, RgbImage},
     stats::Tiling,
 };
 
@@ -67,7 +67,7 @@ fn tiles(squares: &[f64], width: usize, height: usize) -> Vec<f64> {
 }
 
 /// Both with the exposure of the reference, so that brightness counts.
-fn pictures(image: &Picture, target: &Target) -> [image::RgbImage; 2] {
+fn pictures(image: &Picture, target: &Target) -> [RgbImage; 2] {
     let narrow = |pixels: &[[f64; 3]]| pixels.iter().map(|p| p.map(|x| x as f32)).collect::<Vec<_>>();
     let reference = narrow(&target.pixels);
     let exposure = picture::automatic_exposure(&reference);

@@ -3,7 +3,7 @@
 //! Of the crates that have it, one is under the AGPL, one is for video frames in decibels, and one (image-compare 0.5) takes
 //! sums where variances belong, which makes its second constant 64 times too small; hence these lines.
 
-use image::RgbImage;
+use crate::film::picture::RgbImage;
 
 /// Half the window: 11 x 11 pixels.
 const REACH: usize = 5;
@@ -18,15 +18,13 @@ const C2: f64 = 0.03 * 0.03;
 /// Wang et al. 2004, "Image Quality Assessment: From Error Visibility to Structural Similarity", eq. (13), with its Gaussian
 /// window of σ = 1.5. Luma is 0.2126 R + 0.7152 G + 0.0722 B of the encoded values.
 pub(super) fn mean(test: &RgbImage, reference: &RgbImage) -> Option<f64> {
-    let (width, height) = (test.width() as usize, test.height() as usize);
+    let (width, height) = (test.width as usize, test.height as usize);
     if width <= 2 * REACH || height <= 2 * REACH {
         return None;
     }
     let luma = |picture: &RgbImage| -> Vec<f64> {
-        let of = |p: &image::Rgb<u8>| {
-            (0.2126 * f64::from(p[0]) + 0.7152 * f64::from(p[1]) + 0.0722 * f64::from(p[2])) / 255.0
-        };
-        picture.pixels().map(of).collect()
+        let of = |p: &[u8; 3]| (0.2126 * f64::from(p[0]) + 0.7152 * f64::from(p[1]) + 0.0722 * f64::from(p[2])) / 255.0;
+        picture.pixels.iter().map(of).collect()
     };
     let (x, y) = (luma(test), luma(reference));
     let product = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a * b).collect() };
@@ -54,14 +52,12 @@ fn blurred(values: &[f64], width: usize) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use image::Rgb;
-
     use super::*;
 
     /// Grey pictures of 20 x 16: a slope, and the same with a pattern on it.
     fn pictures() -> [RgbImage; 2] {
         let slope = |x: u32, y: u32| 10 + 7 * x + 3 * y;
-        let grey = |byte: u32| Rgb([byte as u8; 3]);
+        let grey = |byte: u32| [byte as u8; 3];
         [
             RgbImage::from_fn(20, 16, |x, y| grey(slope(x, y))),
             RgbImage::from_fn(20, 16, |x, y| grey(slope(x, y) + 20 * ((x * 3 + y * 5) % 4))),
@@ -83,7 +79,7 @@ mod tests {
     fn the_same_is_one_and_too_small_is_none() {
         let [a, _] = pictures();
         assert!((mean(&a, &a).unwrap() - 1.0).abs() < 1e-12);
-        let small = RgbImage::new(10, 40);
+        let small = RgbImage::from_fn(10, 40, |_, _| [0; 3]);
         assert!(mean(&small, &small).is_none());
     }
 }

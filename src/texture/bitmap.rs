@@ -1,9 +1,8 @@
-use std::{path::Path, sync::Arc};
+use std::sync::Arc;
 
 use glam::{DAffine3, DVec2};
-use image::{DynamicImage, ImageReader, Limits};
 
-use super::TextureModel;
+use super::{TextureModel, picture_file};
 use crate::{
     math::Rgb,
     scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
@@ -61,11 +60,10 @@ impl Described for Bitmap {
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
         let raw = params.boolean("raw")?;
-        let picture = load(&params.file("filename")?).map_err(|what| params.error("filename", what))?;
-        let (width, height) = (picture.width() as usize, picture.height() as usize);
-        let linear = raw || matches!(picture, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_));
+        let picture = picture_file::read(&params.file("filename")?).map_err(|what| params.error("filename", what))?;
+        let linear = raw || picture.is_linear;
         let decode = |x: f32| if linear { x } else { srgb_to_linear(x) };
-        let texels: Vec<_> = picture.into_rgb32f().pixels().map(|p| p.0.map(decode)).collect();
+        let texels: Vec<_> = picture.texels.into_iter().map(|texel| texel.map(decode)).collect();
         if texels.iter().flatten().any(|x| !x.is_finite()) {
             return Err(params.error("filename", "the picture has a value that is infinite or not a number"));
         }
@@ -75,19 +73,9 @@ impl Described for Bitmap {
             _ => Wrap::Repeat,
         };
         let nearest = params.string("filter_type")? == "nearest";
-        Ok(Self { width, height, texels: Arc::new(texels), nearest, wrap, to_uv: params.transform("to_uv")? })
+        let to_uv = params.transform("to_uv")?;
+        Ok(Self { width: picture.width, height: picture.height, texels: Arc::new(texels), nearest, wrap, to_uv })
     }
-}
-
-fn load(path: &Path) -> Result<DynamicImage, String> {
-    let fault = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
-    let mut reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(|e| fault(&e))?;
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(65_536);
-    limits.max_image_height = Some(65_536);
-    limits.max_alloc = Some(1 << 30);
-    reader.limits(limits);
-    reader.decode().map_err(|e| fault(&e))
 }
 
 /// IEC 61966-2-1.

@@ -1,10 +1,11 @@
-//! Colours that vary over a surface by its `uv` coordinates.
+//! Textures: colours that vary over a surface with its `uv` coordinates.
 //!
 //! Wherever a plugin's table says *texture*, a scene may give `<rgb>`, a `<float>` for grey, or one of these plugins.
 
 mod bitmap;
 mod checkerboard;
 mod constant;
+mod picture_file;
 
 pub use bitmap::Bitmap;
 pub use checkerboard::Checkerboard;
@@ -18,13 +19,13 @@ use crate::{
     scene_file::{Category, Params, SceneError, Value, catalogue},
 };
 
-/// What a texture answers.
+/// The interface of all textures.
 #[enum_dispatch]
 pub trait TextureModel {
-    /// The colour at `uv`, linear RGB.
+    /// The colour at `uv`, in linear RGB.
     fn eval(&self, uv: DVec2) -> Rgb;
 
-    /// The least and the greatest value of each channel anywhere, to check ranges by.
+    /// The least and the greatest value of each channel over the whole texture, for checking ranges.
     fn extremes(&self) -> (Rgb, Rgb);
 }
 
@@ -33,9 +34,9 @@ catalogue! {
     pub enum Texture: TextureModel in Category::Texture, {
         /// One colour everywhere.
         Constant(Constant),
-        /// Two colours in squares.
+        /// Squares of two colours.
         Checkerboard(Checkerboard),
-        /// A picture.
+        /// An image file.
         Bitmap(Bitmap),
     }
 }
@@ -50,7 +51,7 @@ impl Texture {
     /// Reads a plugin's parameter that may be a colour or a texture.
     ///
     /// # Errors
-    /// If it is neither, if a channel is out of the parameter's range, or absent and without default.
+    /// If it is of another type, a channel is out of range, or the parameter is absent and has no default.
     pub fn of(params: &Params<'_>, name: &str) -> Result<Self, SceneError> {
         let Some(property) = params.find(name) else {
             return params.rgb(name).map(Self::constant);

@@ -10,13 +10,16 @@ use std::{
 
 use etendue::{
     film::{Image, exr},
-    integrator::Overrides,
+    integrator::{IntegratorState, Overrides},
     render::{
         Renderer, Replicate,
-        checkpoint::{Checkpoint, Identity, RenderRecord, ResourceUse, in_words},
+        checkpoint::{
+            Checkpoint, Controls, Identity, JobError, MergeError, RenderJob, RenderRecord, RenderSource, ResourceUse,
+            SampleRequest, Shard, in_words,
+        },
         drive::{self, End, Plan},
     },
-    scene_file::xml,
+    scene_file::{Document, xml},
 };
 use proptest::prelude::*;
 use rangemap::RangeSet;
@@ -85,7 +88,7 @@ fn a_resumed_render_is_that_without_interruption() {
             let few = 2 + i % 2;
             let first = if of.1 == "independent" { format!("--spp {few}") } else { format!("--spp 7 --shard 1/{few}") };
             succeed(&folder, &format!("render scene.xml {first} --checkpoint a.ck --threads 3"));
-            succeed(&folder, "render scene.xml --spp 7 --resume a.ck --threads 2 -o resumed.exr --every 0s");
+            succeed(&folder, "render scene.xml --spp 7 --resume a.ck --threads 2 -o resumed.exr --checkpoint-every 0s");
             let resumed = image(&folder, "resumed.exr");
             assert!(bits(&whole) == bits(&resumed), "{of:?} {film}");
             assert_eq!(resumed.attribute("etendue.spp"), Some("7"));
@@ -201,11 +204,8 @@ fn checkpoints_of_other_renders_are_refused() {
             "--seed 1 --sampler stratified --spp 8 --resume strata.ck",
             "another number of samples, on which its sampler depends",
         ),
-        (
-            "--seed 1 --spp 3 --resume a.ck",
-            "has samples 0 to 3, of which not all are among those that are asked for, samples 0 to 2",
-        ),
-        ("--seed 1 --spp 4 --shard 1/2 --resume half.ck", "has samples 2 to 3, of which not all are among"),
+        ("--seed 1 --spp 3 --resume a.ck", "a.ck: has samples 0 to 3, but only samples 0 to 2 are asked for"),
+        ("--seed 1 --spp 4 --shard 1/2 --resume half.ck", "half.ck: has samples 2 to 3, but only samples 0 to 1"),
         ("--seed 1 --resume none.ck", "none.ck: No such file"),
         ("--seed 1 --resume folder", "folder: is a folder"),
         ("--seed 1 --resume scene.xml", "scene.xml: is no checkpoint of etendue"),
@@ -214,11 +214,14 @@ fn checkpoints_of_other_renders_are_refused() {
         ("--seed 1 --checkpoint folder/none/a.ck", "folder/none/a.ck: cannot be written"),
         ("--seed 1 --checkpoint image.exr", "image.exr: is named twice"),
         ("--sampler sobol", "--sampler sobol: no sampler is called \"sobol\""),
-        ("--spp 4 --shard 3/8", "there are no 8 samples to take apart, only 4"),
-        ("--shard 1/2 --time 1s", "how many samples there are to be is not known; give --spp"),
-        ("--sampler ldsampler --time 1s", "depend on how many there are; give --spp too, or --sampler independent"),
-        ("--integrator photonmapper --target-error 1%", "share what it gathers once"),
-        ("--integrator sppm --spp 4 --shard 1/2", "each sample of sppm follows from those before"),
+        ("--spp 4 --shard 3/8", "--shard: 4 samples cannot be divided into 8 parts"),
+        ("--shard 1/2 --time-limit 1s", "the number of samples is not known; give --spp"),
+        (
+            "--sampler ldsampler --time-limit 1s",
+            "ldsampler depend on their number, which is not known; give --spp too, or --sampler independent",
+        ),
+        ("--integrator photonmapper --target-error 1%", "share one set of photons"),
+        ("--integrator sppm --spp 4 --shard 1/2", "each sample of the integrator sppm depends on those before"),
         ("--integrator sppm --seed 1 --resume a.ck", "a.ck: is of another integrator"),
     ];
     folder.write("folder/file", "");
@@ -270,7 +273,9 @@ fn damaged_checkpoints_are_refused() {
 /// A render of a tiny film without the command line.
 struct Tiny {
     folder: Folder,
+    document: Document,
     renderer: Renderer,
+    overrides: Overrides,
     identity: Identity,
 }
 
@@ -283,8 +288,26 @@ impl Tiny {
         let folder = Folder::with_scene(&kit::scene_of(&[integrator, TINY, kit::SKY, wall]));
         let document = xml::read(&folder.path("scene.xml"), &[]).unwrap();
         let renderer = Renderer::new(&document, &Overrides::default()).unwrap();
-        let identity = Identity::new(&document, &[], &Overrides::default(), &renderer, PASS).unwrap();
-        Self { folder, renderer, identity }
+        let overrides = Overrides::default();
+        let source = RenderSource { renderer: &renderer, document: &document, definitions: &[], overrides: &overrides };
+        let identity = Identity::new(&source, PASS).unwrap();
+        Self { folder, document, renderer, overrides, identity }
+    }
+
+    /// The job of a render without the command line.
+    fn job(&self, request: SampleRequest, resumed: Option<Checkpoint>) -> Result<RenderJob, JobError> {
+        let Self { document, renderer, overrides, .. } = self;
+        RenderJob::new(&RenderSource { renderer, document, definitions: &[], overrides }, &request, resumed)
+    }
+
+    /// What a job renders.
+    fn run(&self, request: SampleRequest, resumed: Option<Checkpoint>) -> Checkpoint {
+        let interrupted = AtomicBool::new(false);
+        let controls = Controls { start: Instant::now(), interrupted: &interrupted, checkpoint_every: Duration::MAX };
+        let job = self.job(request, resumed).unwrap();
+        let result = job.run(&self.renderer, &controls, &|_| {}, &mut |_, _| {});
+        assert_eq!(result.end, End::Complete);
+        result.checkpoint
     }
 
     /// The checkpoint of some samples, written and read.
@@ -315,6 +338,56 @@ impl Tiny {
 }
 
 const PASS: Replicate = Replicate { seed: 5, number: 0, samples: 24 };
+
+/// Samples of each pixel, all with one seed.
+fn samples(spp: u32) -> SampleRequest {
+    SampleRequest { seed: Some(5), spp: Some(spp), ..SampleRequest::default() }
+}
+
+#[test]
+fn the_library_resumes_renders_as_the_command_line_does() {
+    for integrator in [kit::INTEGRATOR, CHAINED] {
+        let tiny = Tiny::new(integrator);
+        let (some, whole) = (tiny.run(samples(4), None), tiny.run(samples(9), None));
+        let resumed = tiny.run(samples(9), Some(some));
+        assert!(bits(&whole.film.image()) == bits(&resumed.film.image()), "{integrator}");
+        assert_eq!((whole.record.check_complete(), resumed.record), (Ok(()), whole.record));
+    }
+}
+
+#[test]
+fn the_library_refuses_what_cannot_go_on() {
+    let tiny = Tiny::new(kit::INTEGRATOR);
+    let some = || tiny.run(samples(4), None);
+    let fault = |tiny: &Tiny, request, resumed| tiny.job(request, resumed).map(drop).expect_err("it cannot go on");
+    let other_seed = SampleRequest { seed: Some(6), ..samples(8) };
+    assert_eq!(
+        fault(&tiny, other_seed, Some(some())),
+        JobError::OtherRender("another seed: \"5\" instead of \"6\"".into())
+    );
+    assert!(matches!(fault(&tiny, samples(3), Some(some())), JobError::OtherSamples { .. }));
+    let half = SampleRequest { shard: Shard::new(2, 2), ..samples(8) };
+    assert!(matches!(fault(&tiny, half, Some(some())), JobError::OtherSamples { .. }));
+    let ranges = tiny.job(samples(8), Some(some())).unwrap().ranges;
+    assert_eq!(in_words(&ranges), "samples 4 to 7", "the cases above can succeed");
+    let too_many = SampleRequest { shard: Shard::new(1, 9), ..samples(8) };
+    assert_eq!(fault(&tiny, too_many, None), JobError::TooManyParts { samples: 8, parts: 9 });
+    let unknown = SampleRequest { spp: None, time_limit: Some(Duration::ZERO), ..half };
+    assert_eq!(fault(&tiny, unknown, None), JobError::UnknownGoal);
+    assert_eq!(some().add(some()), Err(MergeError::Overlap("samples 0 to 3".into())));
+    assert_eq!(
+        tiny.run(half, None).record.check_complete().unwrap_err().to_string(),
+        "samples 0 to 3 of 8 are missing"
+    );
+
+    let chained = Tiny::new(CHAINED);
+    assert_eq!(fault(&chained, half, None), JobError::DependentSamples { integrator: "sppm" });
+    let without_state = Checkpoint { state: IntegratorState::Empty, ..chained.run(samples(4), None) };
+    assert_eq!(fault(&chained, samples(8), Some(without_state)), JobError::MissingState);
+    let mapped = Tiny::new(r#"<integrator type="photonmapper"/>"#);
+    let exact = SampleRequest { target_error: Some(0.1), ..samples(8) };
+    assert_eq!(fault(&mapped, exact, None), JobError::NoErrorEstimate { integrator: "photonmapper" });
+}
 
 #[test]
 fn no_byte_can_be_missing_or_wrong() {

@@ -202,9 +202,9 @@ fn literal(text: &str) -> Option<usize> {
         let end = format!("\"{}", "#".repeat(hashes));
         return Some(start + text[start..].find(&end).expect("a raw text ends") + end.len());
     }
-    if text.starts_with('"') {
+    if let Some(inside) = text.strip_prefix('"') {
         let mut is_escaped = false;
-        let end = text[1..].find(|c| {
+        let end = inside.find(|c| {
             let is_end = c == '"' && !is_escaped;
             is_escaped = c == '\\' && !is_escaped;
             is_end

@@ -2,6 +2,7 @@
 
 use std::{
     fs,
+    io::BufReader,
     path::{Path, PathBuf},
 };
 
@@ -130,6 +131,25 @@ impl Folder {
         self.etendue(&format!("render scene.xml -o image.exr {options}")).assert().success();
         exr::read(&self.path("image.exr")).unwrap()
     }
+}
+
+/// The program, run in a folder by a shell that sets limits before; arguments are still to come. Beside these limits it
+/// gets ten seconds of processor time, of which it needs a fraction: unlike the time of a clock, they do not depend on
+/// what else the machine does.
+pub(crate) fn limited(folder: &Folder, limits: &str) -> Command {
+    let mut command = std::process::Command::new("sh");
+    command.current_dir(folder.path("")).arg("-c").arg(format!("ulimit -t 10; {limits}; exec \"$0\" \"$@\""));
+    // Each thread takes address space.
+    command.env("RAYON_NUM_THREADS", "2").arg(assert_cmd::cargo::cargo_bin("etendue"));
+    Command::from_std(command)
+}
+
+/// The width and height of a PNG file, and its bytes row by row.
+pub(crate) fn read_png(path: &Path) -> ((u32, u32), Vec<u8>) {
+    let mut reader = png::Decoder::new(BufReader::new(fs::File::open(path).unwrap())).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut bytes).unwrap();
+    ((info.width, info.height), bytes)
 }
 
 /// What a finished run said.

@@ -15,6 +15,9 @@ mod imports;
 mod interruptions;
 mod kit;
 mod layers;
+mod library;
+#[cfg(target_os = "linux")]
+mod memory;
 mod photons;
 mod semantics;
 mod solids;

@@ -18,8 +18,8 @@ use crate::{
 
 /// Stochastic progressive photon mapping: each pass emits photons, sees them by one path from the eye for every pixel, and
 /// forgets them, and the radius within which they are seen shrinks from pass to pass. So the image converges to the true
-/// one, caustics in mirrors included, in memory that depends on the film and the photons of one pass alone. `--spp N` means N
-/// passes.
+/// one, caustics in mirrors included, in memory that depends on the film and the photons of one pass alone. N samples per
+/// pixel are N passes.
 ///
 /// A path from the eye goes on through mirrors and glass, and where a surface is glossy, so that it shows what photons
 /// from all around would miss; it ends where photons are gathered. Light that comes straight from lights is found by

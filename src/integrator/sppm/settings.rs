@@ -46,7 +46,7 @@ pub(super) const PARAMS: &[Param] = &[
         "max_passes",
         ParamKind::Integer,
         "the sampler's sample_count",
-        "passes, unless --spp says how many",
+        "passes, unless a render is given samples per pixel, which are passes",
     )
     .within(Range { min: 1.0, max: 4_294_967_295.0, open: false }),
     Param::new("photon_count", ParamKind::Integer, "250000", "photons emitted in each pass").within(Range {

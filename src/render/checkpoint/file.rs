@@ -199,8 +199,11 @@ fn read(mut file: &File, length: u64) -> Result<Checkpoint, String> {
     let header: Header = serde_json::from_slice(&json).map_err(|error| format!("its header is wrong: {error}"))?;
     let expected = header.bytes().and_then(|sums| sums.checked_add(FIRST + HASH + json.len() as u64));
     // Only now is there room made: as much as the file has.
-    let film = (expected == Some(length)).then(|| header.record.identity.frame.film()).flatten();
-    let mut film = film.ok_or("its header is wrong: what it says is not what there is")?;
+    let frame = &header.record.identity.frame;
+    if expected != Some(length) || !frame.is_possible() {
+        return Err("its header is wrong: what it says is not what there is".into());
+    }
+    let mut film = frame.film().map_err(|error| error.to_string())?;
     let state = read_state(&mut reader, header.pixel_radii).map_err(fault)?;
     film.read_sums(&mut reader, header.has_splats).map_err(fault)?;
     if !film.has_samples(count(&header.record.taken)) {

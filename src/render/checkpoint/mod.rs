@@ -2,11 +2,15 @@
 
 mod draft;
 mod file;
+mod job;
+
+pub use job::{Controls, JobError, JobResult, RenderJob, SampleRequest, Shard};
 
 use std::fmt::Write as _;
 
 use rangemap::RangeSet;
 use serde::{Deserialize, Deserializer, Serialize, de::Error as _};
+use thiserror::Error;
 
 use super::{Renderer, Replicate, drive::count};
 use crate::{
@@ -16,6 +20,19 @@ use crate::{
     sampler::{Sampler, SamplerModel as _},
     scene_file::{Document, SceneError},
 };
+
+/// What a render is made from: a renderer, and what it was built from.
+#[derive(Clone, Copy, Debug)]
+pub struct RenderSource<'a> {
+    /// The scene with its integrator.
+    pub renderer: &'a Renderer,
+    /// What the scene was built from.
+    pub document: &'a Document,
+    /// What the scene's `$parameters` were set to.
+    pub definitions: &'a [(String, String)],
+    /// What was changed of the scene's integrator.
+    pub overrides: &'a Overrides,
+}
 
 /// All that the samples of a render are a function of, besides their numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -41,18 +58,12 @@ pub struct Identity {
 }
 
 impl Identity {
-    /// Of a pass of a document's scene. `definitions` are what its `$parameters` were set to, `overrides` what was changed
-    /// of its integrator.
+    /// Of a replicate of a source's image.
     ///
     /// # Errors
     /// If a file of the scene cannot be read any more.
-    pub fn new(
-        document: &Document,
-        definitions: &[(String, String)],
-        overrides: &Overrides,
-        renderer: &Renderer,
-        replicate: Replicate,
-    ) -> Result<Self, SceneError> {
+    pub fn new(source: &RenderSource<'_>, replicate: Replicate) -> Result<Self, SceneError> {
+        let RenderSource { renderer, document, definitions, overrides } = *source;
         let unread = |error| SceneError::nowhere(format!("a file of the scene cannot be read any more: {error}"));
         let is_open_ended = renderer.scene.sensor.sampler.is_open_ended();
         Ok(Self {
@@ -64,7 +75,7 @@ impl Identity {
             samples: (!is_open_ended).then_some(replicate.samples),
             seed: replicate.seed,
             replicate: replicate.number,
-            frame: renderer.film().frame(),
+            frame: renderer.frame(),
         })
     }
 
@@ -78,7 +89,7 @@ impl Identity {
 
     /// All of it, with names.
     fn aspects(&self) -> [(&'static str, String); 9] {
-        let definitions: Vec<_> = self.definitions.iter().map(|(name, value)| format!("-D {name}={value}")).collect();
+        let definitions: Vec<_> = self.definitions.iter().map(|(name, value)| format!("{name}={value}")).collect();
         let crop = self.frame.crop;
         let mut frame = format!("{} x {} from {},{} of {:?}", crop.width, crop.height, crop.x, crop.y, self.frame.size);
         for layer in &self.frame.layers {
@@ -179,27 +190,56 @@ impl RenderRecord {
         let end = self.goal.or_else(|| self.taken.last().map(|range| range.end)).unwrap_or(0);
         self.taken.gaps(&(0..end)).collect()
     }
+
+    /// Checks that no sample is missing.
+    ///
+    /// # Errors
+    /// If one is; the error names all that are.
+    pub fn check_complete(&self) -> Result<(), MissingSamples> {
+        let (missing, goal) = (self.missing(), self.goal);
+        if missing.is_empty() { Ok(()) } else { Err(MissingSamples { missing, goal }) }
+    }
+}
+
+/// Samples that a render is to have and has not.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{}{} are missing", in_words(missing), goal.map_or(String::new(), |goal| format!(" of {goal}")))]
+pub struct MissingSamples {
+    /// Which samples of each pixel.
+    pub missing: Vec<std::ops::Range<u32>>,
+    /// Samples of each pixel in all, if the number is known.
+    pub goal: Option<u32>,
+}
+
+/// Why the samples of one checkpoint cannot be added to those of another.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum MergeError {
+    /// They are of different renders; the text says what differs.
+    #[error("is of {0}")]
+    OtherRender(String),
+    /// Both have some samples.
+    #[error("has samples that are there already: it has {0}")]
+    Overlap(String),
+    /// The samples of the integrator follow from one another.
+    #[error("is of an integrator whose samples depend on those before, so they cannot be rendered in parts")]
+    DependentSamples,
 }
 
 impl Checkpoint {
     /// Adds the samples of another checkpoint of the same render.
     ///
     /// # Errors
-    /// If it is of another one, or has samples that are here already; what it is of, or has.
-    pub fn add(&mut self, other: Self) -> Result<(), String> {
+    /// If it is of another one, has samples that are here already, or cannot be taken apart.
+    pub fn add(&mut self, other: Self) -> Result<(), MergeError> {
         if let Some(difference) = self.record.identity.difference(&other.record.identity) {
-            return Err(format!("is of {difference}"));
+            return Err(MergeError::OtherRender(difference));
         }
         if let Some(twice) = other.record.taken.iter().find(|range| self.record.taken.overlaps(range)) {
-            return Err(format!(
-                "has samples that are there already: it has {}",
-                in_words(std::slice::from_ref(twice))
-            ));
+            return Err(MergeError::Overlap(in_words(std::slice::from_ref(twice))));
         }
         if self.state != IntegratorState::Empty || other.state != IntegratorState::Empty {
-            return Err(
-                "is of an integrator each sample of which follows from those before, which is in one piece".into()
-            );
+            return Err(MergeError::DependentSamples);
         }
         self.record.taken.extend(other.record.taken);
         self.record.goal = self.record.goal.max(other.record.goal);

@@ -82,6 +82,12 @@ impl<'a> Element<'a> {
         self.attributes.iter().find(|attribute| attribute.name == name).map(|attribute| &*attribute.value)
     }
 
+    /// Whether an attribute's text comes from parameters.
+    pub(super) fn is_substituted(&self, name: &str) -> bool {
+        let is_it = |attribute: &Attribute<'_>| attribute.name == name && matches!(attribute.value, Cow::Owned(_));
+        self.attributes.iter().any(is_it)
+    }
+
     /// An attribute that [`Element::check`] has asked for.
     pub(super) fn required(&self, name: &str) -> &str {
         self.get(name).unwrap_or_default()

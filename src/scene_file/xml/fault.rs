@@ -3,30 +3,30 @@ use crate::scene_file::{Diagnostic, SceneError, SourceLocation};
 use super::limit;
 
 /// One fault whose place its finder does not know.
-#[derive(Debug)]
-pub(super) struct ParseFault {
+#[derive(Clone, Debug)]
+pub(in crate::scene_file) struct ParseFault {
     /// What is wrong.
-    pub(super) what: String,
+    pub(in crate::scene_file) what: String,
     /// What would have been right.
-    pub(super) hint: Option<String>,
+    pub(in crate::scene_file) hint: Option<String>,
     /// The attribute that is at fault, unless it is the element.
-    pub(super) attribute: Option<&'static str>,
+    pub(in crate::scene_file) attribute: Option<&'static str>,
 }
 
 impl ParseFault {
-    pub(super) fn new(what: impl Into<String>) -> Self {
+    pub(in crate::scene_file) fn new(what: impl Into<String>) -> Self {
         Self { what: what.into(), hint: None, attribute: None }
     }
 
-    pub(super) fn hint(self, hint: impl Into<String>) -> Self {
+    pub(in crate::scene_file) fn hint(self, hint: impl Into<String>) -> Self {
         Self { hint: Some(hint.into()), ..self }
     }
 
-    pub(super) fn on(self, attribute: &'static str) -> Self {
+    pub(in crate::scene_file) fn on(self, attribute: &'static str) -> Self {
         Self { attribute: Some(attribute), ..self }
     }
 
-    pub(super) fn at(self, place: Option<SourceLocation>) -> Diagnostic {
+    pub(in crate::scene_file) fn at(self, place: Option<SourceLocation>) -> Diagnostic {
         Diagnostic { place, what: one_line(self.what), hint: self.hint.map(one_line) }
     }
 }
@@ -47,17 +47,17 @@ fn one_line(text: String) -> String {
 
 /// The faults found so far. Reading goes on after most of them, to report several at once.
 #[derive(Debug, Default)]
-pub(super) struct Faults {
+pub(in crate::scene_file) struct Faults {
     list: Vec<Diagnostic>,
     stopped: bool,
 }
 
 impl Faults {
-    pub(super) fn push(&mut self, place: &SourceLocation, fault: ParseFault) {
+    pub(in crate::scene_file) fn push(&mut self, place: &SourceLocation, fault: ParseFault) {
         self.report(fault.at(Some(place.clone())));
     }
 
-    pub(super) fn report(&mut self, diagnostic: Diagnostic) {
+    pub(in crate::scene_file) fn report(&mut self, diagnostic: Diagnostic) {
         if self.stopped {
             return;
         }
@@ -70,26 +70,26 @@ impl Faults {
     }
 
     /// Ends the reading: what follows would take too much.
-    pub(super) fn stop(&mut self) {
+    pub(in crate::scene_file) fn stop(&mut self) {
         self.stopped = true;
     }
 
-    pub(super) fn stopped(&self) -> bool {
+    pub(in crate::scene_file) fn stopped(&self) -> bool {
         self.stopped
     }
 
-    pub(super) fn is_empty(&self) -> bool {
+    pub(in crate::scene_file) fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
 
     /// The value, if nothing was wrong.
-    pub(super) fn or<T>(self, value: T) -> Result<T, SceneError> {
+    pub(in crate::scene_file) fn or<T>(self, value: T) -> Result<T, SceneError> {
         if self.list.is_empty() { Ok(value) } else { Err(SceneError(self.list)) }
     }
 }
 
 /// The candidate that was probably meant: equal but for case and underscores, or else the nearest spelling.
-pub(super) fn closest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub(in crate::scene_file) fn closest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let candidates: Vec<_> = candidates.into_iter().take(limit::CANDIDATES + 1).collect();
     // Edit distances of long texts, or to many names, take long; and among so many, something is always near.
     if word.len() > limit::PARAMETER_NAME || candidates.len() > limit::CANDIDATES {

@@ -28,27 +28,27 @@
 //! - `up` within 1e-9 of the direction of a `<lookat>`, where rounding alone would choose the roll.
 //! - A document type declaration, a second root element, and whatever exceeds the limits of this module.
 //!
-//! More is allowed in two cases: an `<alias>` in an included file sees the ids of the including file, and an `<integer>`
-//! may stand where a `<float>` is wanted.
+//! More is allowed in three cases: an `<alias>` in an included file sees the ids of the including file, an `<integer>`
+//! may stand where a `<float>` is wanted, and a `$parameter` that stands for an integer may be given as `1e5`.
 //!
 //! As in Mitsuba, an `<include>` is looked for beside the including file (then beside the files around it, then in
 //! each `<path>`, the last first), but the files that *plugins* name start from the folder of the *scene*, also when
 //! an included file names them. A `<path>` is honoured by rewriting `filename`: it comes before the scene's folder.
 
 mod element;
-mod fault;
+pub(super) mod fault;
 mod guard;
 mod include;
 mod params;
 mod property;
 mod reader;
-mod refs;
+pub(super) mod refs;
 mod source;
 #[cfg(test)]
 mod tests;
 mod transform;
 mod upgrade;
-mod values;
+pub(super) mod values;
 
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 use glam::DAffine3;
 use roxmltree::Node;
 
-use crate::scene_file::{Spectrum, Value};
+use crate::scene_file::{Spectrum, Value, transform::regular};
 
 use super::{
     element::Element,
@@ -50,7 +50,7 @@ impl Reader {
         }
         // A fault of an operation is reported already.
         let Some(whole) = whole.filter(|_| element.sound) else { return };
-        match transform::regular(whole) {
+        match regular(whole) {
             Ok(whole) => self.named(file, &element, parent, DraftValue::Ready(Value::Transform(whole))),
             Err(fault) => self.fault(file, &element, fault),
         }
@@ -82,6 +82,7 @@ fn value(element: &Element<'_>) -> Result<Value, ParseFault> {
     let text = element.required("value");
     let value = match element.tag {
         "float" => values::float(text).map(Value::Float),
+        "integer" if element.is_substituted("value") => values::parameter_integer(text).map(Value::Integer),
         "integer" => values::integer(text).map(Value::Integer),
         "boolean" => values::boolean(text).map(Value::Boolean),
         "rgb" => values::rgb(text).map(Value::Rgb),

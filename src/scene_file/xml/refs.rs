@@ -8,33 +8,38 @@ use super::{
 };
 
 /// An object whose references are not resolved yet.
-pub(super) struct DraftObject {
-    pub(super) category: Category,
-    pub(super) plugin: String,
-    pub(super) id: Option<String>,
-    pub(super) place: SourceLocation,
-    pub(super) properties: Vec<Draft>,
+pub(in crate::scene_file) struct DraftObject {
+    pub(in crate::scene_file) category: Category,
+    pub(in crate::scene_file) plugin: String,
+    pub(in crate::scene_file) id: Option<String>,
+    pub(in crate::scene_file) place: SourceLocation,
+    pub(in crate::scene_file) properties: Vec<Draft>,
 }
 
 /// A property whose reference, if it is one, is not resolved yet.
-pub(super) struct Draft {
-    pub(super) name: String,
-    pub(super) value: DraftValue,
-    pub(super) place: SourceLocation,
+pub(in crate::scene_file) struct Draft {
+    pub(in crate::scene_file) name: String,
+    pub(in crate::scene_file) value: DraftValue,
+    pub(in crate::scene_file) place: SourceLocation,
 }
 
-pub(super) enum DraftValue {
+pub(in crate::scene_file) enum DraftValue {
     Ready(Value),
     Ref(String),
 }
 
 /// The objects that have an id, and where they got it.
 #[derive(Default)]
-pub(super) struct Ids(HashMap<String, (ObjectId, SourceLocation)>);
+pub(in crate::scene_file) struct Ids(HashMap<String, (ObjectId, SourceLocation)>);
 
 impl Ids {
     /// Gives an id to an object, unless it is taken.
-    pub(super) fn add(&mut self, id: &str, object: ObjectId, place: &SourceLocation) -> Result<(), ParseFault> {
+    pub(in crate::scene_file) fn add(
+        &mut self,
+        id: &str,
+        object: ObjectId,
+        place: &SourceLocation,
+    ) -> Result<(), ParseFault> {
         if let Some((_, previous)) = self.0.get(id) {
             return Err(ParseFault::new(format!("duplicate ID: \"{id}\"")).hint(format!("previous was at {previous}")));
         }
@@ -42,12 +47,12 @@ impl Ids {
         Ok(())
     }
 
-    pub(super) fn find(&self, id: &str) -> Option<ObjectId> {
+    pub(in crate::scene_file) fn find(&self, id: &str) -> Option<ObjectId> {
         self.0.get(id).map(|(object, _)| *object)
     }
 
     /// What a message says about an id that does not exist.
-    pub(super) fn hint(&self, id: &str) -> String {
+    pub(in crate::scene_file) fn hint(&self, id: &str) -> String {
         match closest(id, self.0.keys().map(String::as_str)) {
             Some(near) => format!("did you mean \"{near}\"?"),
             None => format!("no object has id=\"{id}\""),
@@ -56,7 +61,12 @@ impl Ids {
 }
 
 /// Resolves the references, and refuses cycles.
-pub(super) fn resolve(drafts: Vec<DraftObject>, ids: &Ids, folder: &Arc<PathBuf>, faults: &mut Faults) -> Vec<Object> {
+pub(in crate::scene_file) fn resolve(
+    drafts: Vec<DraftObject>,
+    ids: &Ids,
+    folder: &Arc<PathBuf>,
+    faults: &mut Faults,
+) -> Vec<Object> {
     let mut objects = Vec::with_capacity(drafts.len());
     let mut resolved = true;
     for draft in drafts {

@@ -68,7 +68,7 @@ impl<'t> SourceText<'t> {
             }
         }
         self.last.set((offset, line, column));
-        SourceLocation { file: self.name.clone(), line, column }
+        SourceLocation::File { file: self.name.clone(), line, column }
     }
 
     /// The text as a tree. [`super::guard::check`] has to come before.
@@ -85,7 +85,7 @@ fn syntax(error: &roxmltree::Error, source: &SourceText<'_>) -> (SourceLocation,
     let fault = ParseFault::new(format!("not XML: {what}"));
     let place = match error {
         Error::UnexpectedEndOfStream => source.place(source.text.len()),
-        _ => SourceLocation { file: source.name.clone(), line: position.row, column: position.col },
+        _ => SourceLocation::File { file: source.name.clone(), line: position.row, column: position.col },
     };
     let fault = match error {
         Error::MalformedEntityReference(_) | Error::UnknownEntityReference(..) => fault.hint("write &amp; for &"),

@@ -1,6 +1,6 @@
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::math::Frame;
+use crate::scene_file::transform::{look_at, rotation};
 
 use super::{
     element::Element,
@@ -15,13 +15,6 @@ pub(super) const OPERATIONS: [&str; 5] = ["translate", "rotate", "scale", "looka
 /// its transform and ours may differ, relative to the size of the object: a hundredth of a pixel in an image a
 /// thousand pixels wide. It admits axes written with four digits, such as 0.7071.
 pub(super) const UNIT: f64 = 1e-5;
-
-/// The least sine between `up` and the direction of a `<lookat>`; below, rounding alone would choose the roll.
-const PARALLEL: f64 = 1e-9;
-
-/// The least volume, per unit lengths of the columns, of a matrix that can be inverted: some rounding errors of the
-/// determinant.
-const SINGULAR: f64 = 1e-14;
 
 /// The attributes of an operation, required ones first.
 pub(super) fn attributes(operation: &str) -> (&'static [&'static str], &'static [&'static str]) {
@@ -44,54 +37,26 @@ pub(super) fn operation(element: &Element<'_>) -> Result<DAffine3, ParseFault> {
     }
 }
 
-/// Refuses a map that cannot be inverted.
-pub(super) fn regular(transform: DAffine3) -> Result<DAffine3, ParseFault> {
-    if !transform.is_finite() {
-        return Err(ParseFault::new("the transform is not finite").hint("use smaller numbers"));
-    }
-    let m = transform.matrix3;
-    let columns = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::try_normalize);
-    let volume = match columns {
-        [Some(x), Some(y), Some(z)] => DMat3::from_cols(x, y, z).determinant().abs(),
-        _ => 0.0,
-    };
-    if volume < SINGULAR || !transform.inverse().is_finite() {
-        return Err(ParseFault::new("the transform is singular").hint("it must not flatten space; no scale may be 0"));
-    }
-    Ok(transform)
-}
-
 fn rotate(element: &Element<'_>) -> Result<DAffine3, ParseFault> {
     let axis = coordinates(element, 0.0)?;
     let angle = finite(element.required("angle")).map_err(|fault| fault.on("angle"))?;
-    let Some(unit) = axis.try_normalize() else {
-        return Err(ParseFault::new("the rotation axis is zero").hint("write for example x=\"1\""));
-    };
+    let rotation = rotation(axis, angle).map_err(|fault| fault.hint("write for example x=\"1\""))?;
     let length = axis.length();
     if (length - 1.0).abs() > UNIT {
+        let unit = axis.normalize();
         let what = format!("the rotation axis has length {length:.6}, and Mitsuba would shear with it");
         let hint = format!("write x=\"{}\" y=\"{}\" z=\"{}\"", unit.x, unit.y, unit.z);
         return Err(ParseFault::new(what).hint(hint));
     }
-    Ok(DAffine3::from_axis_angle(unit, angle.to_radians()))
+    Ok(rotation)
 }
 
-/// Columns (left, up, direction, origin): a camera looks along its +z with +x on its left.
 fn lookat(element: &Element<'_>) -> Result<DAffine3, ParseFault> {
     let read = |name| triple(element.required(name)).map_err(|fault| fault.on(name));
     let (origin, target) = (read("origin")?, read("target")?);
     // An empty `up` is one that is not given.
     let up = if element.required("up").is_empty() { DVec3::ZERO } else { read("up")? };
-    let Some(direction) = (target - origin).try_normalize() else {
-        return Err(ParseFault::new("invalid lookat: origin and target are the same").hint("move one of them"));
-    };
-    let up = up.try_normalize().unwrap_or_else(|| Frame::from_normal(direction).s);
-    let across = up.cross(direction);
-    if across.length() < PARALLEL {
-        return Err(ParseFault::new("invalid lookat: up is parallel to the direction").hint("turn up, or leave it out"));
-    }
-    let left = across.normalize();
-    Ok(DAffine3 { matrix3: DMat3::from_cols(left, direction.cross(left), direction), translation: origin })
+    look_at(origin, target, up)
 }
 
 /// 16 numbers row by row, or 9 without a translation.

@@ -5,12 +5,11 @@ use std::borrow::Cow;
 
 use glam::{DAffine3, DVec3};
 
-use crate::scene_file::{SourceLocation, Value};
+use crate::scene_file::{SourceLocation, Value, transform::regular};
 
 use super::{
     fault::ParseFault,
     refs::{Draft, DraftValue},
-    transform,
 };
 
 /// What a property of an old file is called now, in a plugin.
@@ -62,7 +61,7 @@ pub(super) fn textures(properties: &mut Vec<Draft>) -> Result<(), (SourceLocatio
     }
     let [u, v, us, vs] = numbers;
     let to_uv = DAffine3::from_scale(DVec3::new(us, vs, 1.0)) * DAffine3::from_translation(DVec3::new(u, v, 0.0));
-    let to_uv = transform::regular(to_uv).map_err(|fault| (place.clone(), fault))?;
+    let to_uv = regular(to_uv).map_err(|fault| (place.clone(), fault))?;
     properties.push(Draft { name: "to_uv".into(), value: DraftValue::Ready(Value::Transform(to_uv)), place });
     Ok(())
 }

@@ -1,6 +1,6 @@
 use glam::DVec3;
 
-use crate::scene_file::Spectrum;
+use crate::scene_file::{Spectrum, whole_number};
 
 use super::{element::Element, fault::ParseFault};
 
@@ -34,6 +34,11 @@ pub(super) fn integer(text: &str) -> Result<i64, ParseFault> {
         ParseFault::new(format!("could not parse integer value \"{text}\""))
             .hint("write a whole number of 64 bits like 3 or -1")
     })
+}
+
+/// An `<integer>` whose value comes from a parameter, which may also be written as 1e5.
+pub(super) fn parameter_integer(text: &str) -> Result<i64, ParseFault> {
+    integer(text).or_else(|fault| whole_number(text.trim_ascii()).and_then(|n| n.try_into().ok()).ok_or(fault))
 }
 
 /// A `<boolean>`.
@@ -122,6 +127,11 @@ pub(super) fn spectrum(text: &str) -> Result<Spectrum, ParseFault> {
                 .hint("write one number, or pairs like 400:0.1, 700:0.2")),
         })
         .collect::<Result<Vec<_>, _>>()?;
+    tabulated(pairs)
+}
+
+/// The spectrum of two or more pairs of wavelength and value, with rising wavelengths.
+pub(in crate::scene_file) fn tabulated(pairs: Vec<(f64, f64)>) -> Result<Spectrum, ParseFault> {
     if pairs.len() < 2 {
         let fault = ParseFault::new(format!("a spectrum needs 2 pairs, got {}", pairs.len()));
         return Err(fault.hint("write one number, or pairs like 400:0.1, 700:0.2"));

@@ -39,7 +39,7 @@ pub const LAWS: &[Law] = &[
     },
     Law {
         name: "csg/normals",
-        claim: "Normals of every operand_index point against the line where it enters the result and along it where it leaves.",
+        claim: "Normals of every operand point against the line where it enters the result and along it where it leaves.",
         source: "definition",
         check: Check::Analytic(normals),
     },

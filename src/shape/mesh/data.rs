@@ -227,9 +227,9 @@ pub(super) fn check_index(face: u64, index: i64, vertices: usize) -> Result<u32,
 
 /// A word of the file for a message: short, and with its control characters escaped.
 pub(super) fn quoted(word: &[u8]) -> String {
-    const MAX_PHOTON_DEPTH: usize = 40;
-    let cut = &word[..word.len().min(MAX_PHOTON_DEPTH)];
-    let dots = if word.len() > MAX_PHOTON_DEPTH { "..." } else { "" };
+    const MAX_LENGTH: usize = 40;
+    let cut = &word[..word.len().min(MAX_LENGTH)];
+    let dots = if word.len() > MAX_LENGTH { "..." } else { "" };
     format!("{:?}{dots}", String::from_utf8_lossy(cut))
 }
 

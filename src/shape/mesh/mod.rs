@@ -1,4 +1,4 @@
-//! Triangle meshes from files.
+//! Triangle meshes, from files and from arrays.
 
 mod data;
 mod kcply;
@@ -23,7 +23,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::{Crossings, Hit, Line, ShapeModel, ShapeSample, SolidModel, Surface, bvh::Bvh};
 use crate::{
     math::{Aabb, Distribution1D, Draw, Frame, PerArea, Ray, warp},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
+    scene_file::{Category, Described, MeshArrays, Param, ParamKind, Params, Plugin, SceneError},
 };
 
 /// A way to give triangles in a scene.
@@ -49,6 +49,10 @@ pub struct Obj;
 /// A text of triangles.
 #[derive(Clone, Debug)]
 pub struct Kcply;
+
+/// Triangles given in code.
+#[derive(Clone, Debug)]
+pub struct Arrays;
 
 /// A single triangle. Its corners are rounded to single precision, as those of all meshes.
 #[derive(Clone, Debug)]
@@ -146,6 +150,29 @@ impl Format for Kcply {
             _ => IndexBase::Auto,
         };
         from_file(params, |path| read_kcply(path, base))
+    }
+}
+
+impl Format for Arrays {
+    const PLUGIN: Plugin = Plugin {
+        category: Category::Shape,
+        name: "mesh",
+        summary: "A mesh from arrays, in a scene that is built in code; a scene file names a ply, obj or kcply file instead.",
+        params: &[
+            Param::required("arrays", ParamKind::Mesh, "vertices and triangles, which only code can give"),
+            FACE_NORMALS,
+            ALLOW_OPEN,
+            super::TO_WORLD,
+            super::FLIP_NORMALS,
+        ],
+        examples: &[],
+        evidence: &["mesh/shading-normals", "shape/*"],
+    };
+
+    fn load(params: &Params<'_>) -> Result<MeshData, SceneError> {
+        let MeshArrays { positions, triangles, normals, uvs } = params.mesh("arrays")?.as_ref().clone();
+        let data = MeshData::new(positions, normals, uvs, triangles);
+        data.map_err(|fault| params.error("arrays", fault.to_string()))
     }
 }
 

@@ -1,0 +1,43 @@
+//! The library's errors in the words of the command line: with the options that they are about.
+
+use std::path::Path;
+
+use anyhow::anyhow;
+use etendue::{
+    integrator::NO_INTEGRATOR,
+    render::checkpoint::JobError,
+    scene_file::{Diagnostic, Override, SceneError, SourceLocation},
+};
+
+/// A line for each fault of a scene.
+pub(super) fn of_scene(error: &SceneError) -> anyhow::Error {
+    let lines: Vec<_> = error.0.iter().map(line).collect();
+    anyhow!(lines.join("\n"))
+}
+
+fn line(fault: &Diagnostic) -> String {
+    if fault.what == NO_INTEGRATOR {
+        let hint = Some("give it one, or name one with --integrator".to_owned());
+        return Diagnostic { hint, ..fault.clone() }.to_string();
+    }
+    let Some(SourceLocation::Override(change)) = &fault.place else { return fault.to_string() };
+    match change {
+        Override::Plugin { category, name } => format!("--{category} {name}: {}", fault.message()),
+        Override::Parameter { name, value } => format!("--param {name}={value}: {}", fault.message()),
+    }
+}
+
+/// Why a render cannot be done as it is asked for, or not from the checkpoint that it was to go on from.
+pub(super) fn of_job(error: &JobError, resumed: Option<&Path>) -> anyhow::Error {
+    match (error, resumed) {
+        (JobError::Scene(error), _) => of_scene(error),
+        (JobError::NoErrorEstimate { .. }, _) => anyhow!("--target-error: {error}; give --spp or --time-limit"),
+        (JobError::DependentSamples { .. }, _) => anyhow!("--shard: {error}; give each run a seed of its own"),
+        (JobError::UnknownGoal, _) => anyhow!("{error}; give --spp"),
+        (JobError::ClosedSampler { .. }, _) => anyhow!("{error}; give --spp too, or --sampler independent"),
+        (JobError::Memory(_), _) => anyhow!("out of memory: {error}"),
+        (JobError::TooManyParts { .. }, _) => anyhow!("--shard: {error}"),
+        (error, Some(file)) if error.is_of_checkpoint() => anyhow!("{}: {error}", file.display()),
+        (error, _) => anyhow!("{error}"),
+    }
+}
