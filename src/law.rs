@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use crate::stats::{Equivalence, Estimate, Moments, Welch, multiple::sidak_level};
+use crate::stats::{Equivalence, Estimate, Moments, VerdictConfig, Welch, multiple::sidak_level, power};
 
 /// A claim with the function that checks it.
 #[derive(Clone, Copy, Debug)]
@@ -56,20 +56,78 @@ pub type CheckError = Box<dyn std::error::Error + Send + Sync>;
 /// How much work a check may do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Effort {
-    /// Seconds for all laws together.
+    /// A minute or two for everything, with coarser power: fewer samples, wider bounds of equivalence.
     Quick,
-    /// Sixteen times the samples.
+    /// Minutes: the samples that the bounds of laws are chosen for.
+    Standard,
+    /// Sixteen times the samples of the standard effort.
     Full,
 }
 
+/// The quick effort takes one sample where the standard one takes this many.
+const QUICK_SHARE: u32 = 8;
+/// The quick effort takes no fewer samples than this, unless the standard one does: a t test of fewer has no power.
+const MIN_SAMPLES: u32 = 8;
+
 impl Effort {
-    /// A number of samples, of which the quick run takes the given one.
+    /// Every effort, the least first.
+    pub const ALL: [Self; 3] = [Self::Quick, Self::Standard, Self::Full];
+
+    /// The name that the command line and the report use.
     #[must_use]
-    pub fn samples(self, quick: u32) -> u32 {
+    pub fn name(self) -> &'static str {
         match self {
-            Self::Quick => quick,
-            Self::Full => 16 * quick,
+            Self::Quick => "quick",
+            Self::Standard => "standard",
+            Self::Full => "full",
         }
+    }
+
+    /// The option of the command line that asks for it, after a space; empty for the quick effort.
+    #[must_use]
+    pub fn option(self) -> &'static str {
+        match self {
+            Self::Quick => "",
+            Self::Standard => " --standard",
+            Self::Full => " --full",
+        }
+    }
+
+    /// How many samples to take where the standard effort takes a given number.
+    #[must_use]
+    pub fn samples(self, standard: u32) -> u32 {
+        match self {
+            Self::Quick => (standard / QUICK_SHARE).max(standard.min(MIN_SAMPLES)),
+            Self::Standard => standard,
+            Self::Full => 16 * standard,
+        }
+    }
+
+    /// The bound of equivalence for [`Effort::samples`], where a number of samples of the standard effort has the given one. At the
+    /// quick effort it is wider, as the confidence interval of the mean of fewer samples is.
+    #[must_use]
+    pub fn bound(self, standard: u32, bound: f64) -> f64 {
+        let half_width = |samples: u32| Equivalence::half_width(f64::from(samples));
+        match self {
+            Self::Quick => bound * half_width(self.samples(standard)) / half_width(standard),
+            Self::Standard | Self::Full => bound,
+        }
+    }
+
+    /// What a verdict on images must be able to see: half a percent, and 2 % at the quick effort.
+    #[must_use]
+    pub fn verdict(self) -> VerdictConfig {
+        let standard = VerdictConfig::default();
+        match self {
+            Self::Quick => VerdictConfig { target_bias: 0.02, ..standard },
+            Self::Standard | Self::Full => standard,
+        }
+    }
+
+    /// The factor by which an image is falsified, to see that its verdict would notice.
+    #[must_use]
+    pub fn falsification(self) -> f64 {
+        1.0 + self.verdict().target_bias
     }
 }
 
@@ -82,6 +140,19 @@ pub struct Finding {
     pub measured: Measured,
     /// What it sums up, for a drawing.
     pub curve: Option<Curve>,
+    /// The scatter behind a test of means.
+    pub scatter: Option<Scatter>,
+}
+
+/// The scatter behind a test of means, from which follows the bias that the test would have detected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scatter {
+    /// The mean that was expected.
+    pub expected: f64,
+    /// The standard error of the difference.
+    pub std_error: f64,
+    /// Its degrees of freedom.
+    pub dof: f64,
 }
 
 /// Measurements along a line with what they should be.
@@ -109,6 +180,13 @@ pub enum Measured {
         /// The largest allowed distance of the two.
         bound: f64,
     },
+    /// A test of whether two means are equal within a bound.
+    Equivalence {
+        /// How far apart they may be at the level of [`equivalence`](crate::stats::equivalence), relative to the expected one.
+        limit: f64,
+        /// The largest allowed distance, relative too.
+        bound: f64,
+    },
     /// A test of a hypothesis.
     Test {
         /// What was tested and its statistic, for the reader.
@@ -119,9 +197,13 @@ pub enum Measured {
 }
 
 impl Finding {
+    fn new(subject: impl Into<String>, measured: Measured) -> Self {
+        Self { subject: subject.into(), measured, curve: None, scatter: None }
+    }
+
     /// A value that should be within a bound of another.
     pub fn value(subject: impl Into<String>, value: f64, expected: f64, bound: f64) -> Self {
-        Self { subject: subject.into(), measured: Measured::Value { value, expected, bound }, curve: None }
+        Self::new(subject, Measured::Value { value, expected, bound })
     }
 
     /// A number that should be 0 within a bound: the worst of many errors.
@@ -131,7 +213,7 @@ impl Finding {
 
     /// A test.
     pub fn test(subject: impl Into<String>, statistic: impl Into<String>, p: f64) -> Self {
-        Self { subject: subject.into(), measured: Measured::Test { statistic: statistic.into(), p }, curve: None }
+        Self::new(subject, Measured::Test { statistic: statistic.into(), p })
     }
 
     /// The same, with a drawing.
@@ -148,7 +230,7 @@ impl Finding {
         let test = Welch::test(&estimate(samples), &Estimate::exact(expected));
         let statistic =
             format!("{:.6} ± {:.1e}, expected {expected:.6}, t = {:.2}", samples.mean, test.std_error, test.t);
-        Self::test(subject, statistic, test.p)
+        Self::welch(subject, statistic, &test, expected)
     }
 
     /// A test of whether two lots of samples have the same mean.
@@ -158,7 +240,20 @@ impl Finding {
         }
         let test = Welch::test(&estimate(one), &estimate(other));
         let statistic = format!("{:.6} and {:.6}, ± {:.1e}, t = {:.2}", one.mean, other.mean, test.std_error, test.t);
-        Self::test(subject, statistic, test.p)
+        Self::welch(subject, statistic, &test, other.mean)
+    }
+
+    fn welch(subject: impl Into<String>, statistic: String, test: &Welch, expected: f64) -> Self {
+        let scatter = Scatter { expected, std_error: test.std_error, dof: test.dof };
+        Self { scatter: Some(scatter), ..Self::test(subject, statistic, test.p) }
+    }
+
+    /// The relative bias of a mean that its test at a level would have detected 99 times in a hundred, if this is a test of means
+    /// and the expected mean is not 0.
+    #[must_use]
+    pub fn detectable_bias(&self, level: f64) -> Option<f64> {
+        let Scatter { expected, std_error, dof } = self.scatter?;
+        power::detectable_bias(expected, std_error, dof, level, POWER)
     }
 
     /// Whether two lots of samples have means that are equivalent: equal within a share of the other's, at the level of
@@ -175,9 +270,12 @@ impl Finding {
             percent(found.std_error),
             found.power
         );
-        Self::error(subject, found.limit / other.mean.abs(), bound)
+        Self::new(subject, Measured::Equivalence { limit: found.limit / other.mean.abs(), bound })
     }
 }
+
+/// How surely a bias is detected of which a test is said to detect it.
+pub const POWER: f64 = 0.99;
 
 /// What rounding may take from a number that is computed in a few hundred steps.
 const ROUNDING: f64 = 1e-12;
@@ -202,13 +300,18 @@ pub fn worst(bound: f64, collect: impl FnOnce(&mut dyn FnMut(&str, f64))) -> Vec
     worst.into_iter().map(|(subject, error)| Finding::error(subject, error, bound)).collect()
 }
 
-/// The chance that any of all tests of one run fails although every claim holds.
+/// The chance that any of all tests of a complete run fails although every claim holds.
 pub const LEVEL: f64 = 0.01;
 
-/// The level at which one of so many tests fails.
+/// The number of tests that a complete run may have. It is a round number above the one that there is, so that a new plugin leaves
+/// the level as it is; a test of `validation` compares the two.
+pub const MAX_TESTS: usize = 1000;
+
+/// The level at which each test fails, Šidák-corrected for [`MAX_TESTS`]. It is the same for a selection of laws as for all, so
+/// that no selection fails where the complete run holds.
 #[must_use]
-pub fn level_of_each(tests: usize) -> f64 {
-    sidak_level(LEVEL, tests.max(1))
+pub fn level_of_each() -> f64 {
+    sidak_level(LEVEL, MAX_TESTS)
 }
 
 /// Whether a finding bears the claim out, at the level of a single test. NaN never does.
@@ -216,6 +319,7 @@ pub fn level_of_each(tests: usize) -> f64 {
 pub fn judge(finding: &Finding, level: f64) -> bool {
     match &finding.measured {
         Measured::Value { value, expected, bound } => (value - expected).abs() <= *bound,
+        Measured::Equivalence { limit, bound } => limit <= bound,
         Measured::Test { p, .. } => *p >= level,
     }
 }

@@ -12,25 +12,31 @@ use crate::{
 const BOUND: f64 = 0.015;
 const BOUND_OF_QUARTER: f64 = 0.03;
 
+/// How many images are rendered, and how.
+#[derive(Clone, Copy, Debug)]
+pub struct Work {
+    /// The first of them.
+    pub replicate: Replicate,
+    /// How many there are.
+    pub passes: u64,
+    /// How many times as wide as usual the bounds are.
+    pub widening: f64,
+}
+
 /// Whether a photon-mapped image is equivalent to a reference, once its radii are extrapolated to 0: the means of its
 /// channels, and the luminance of its quarters. There is one renderer for each of [`TO_RADIUS_ZERO`]; all of a pass use the same
 /// photons and the same samples.
 ///
 /// Bias of density estimates is even in the radius; an image that has it is never put to a test of difference.
 #[must_use]
-pub fn photon_map(
-    renderers: &[Renderer; 3],
-    reference: &Reference,
-    passes: u64,
-    samples: u32,
-    seed: u64,
-) -> Vec<Finding> {
+pub fn photon_map(renderers: &[Renderer; 3], reference: &Reference, work: &Work) -> Vec<Finding> {
     let without_specular = reference.provenance.shows_no_specular();
     let mut means = [Moments::default(); 7];
-    for number in 0..passes {
+    for i in 0..work.passes {
+        let replicate = Replicate { number: work.replicate.number + i, ..work.replicate };
         let mut sums = [0.0; 7];
         for (renderer, (_, weight)) in renderers.iter().zip(TO_RADIUS_ZERO) {
-            let pixels = pixels(renderer, Replicate { seed, number, samples }, without_specular);
+            let pixels = pixels(renderer, replicate, without_specular);
             sums.iter_mut().zip(summary(&pixels, reference.width)).for_each(|(sum, mean)| *sum += weight * mean);
         }
         means.iter_mut().zip(sums).for_each(|(moments, sum)| moments.push(sum));
@@ -40,7 +46,7 @@ pub fn photon_map(
         let ours = Estimate::from_moments(&means[i]).expect("there are two passes or more");
         let reference = Estimate { mean: expected[i], variance_of_mean: variance(reference, i), dof: f64::INFINITY };
         let bound = if i < 3 { BOUND } else { BOUND_OF_QUARTER };
-        Finding::equivalent(NAMES[i], &ours, &reference, bound)
+        Finding::equivalent(NAMES[i], &ours, &reference, work.widening * bound)
     };
     (0..NAMES.len()).map(finding).collect()
 }

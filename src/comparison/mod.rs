@@ -235,16 +235,28 @@ impl ImageEstimate {
     }
 }
 
-/// Compares an image with a reference folder.
+/// Compares an image with a reference folder, with the default levels and ambition.
 ///
 /// # Errors
 /// If sizes differ.
 pub fn with_reference(test: &ImageEstimate, reference: &Reference) -> Result<Comparison, ComparisonError> {
+    with_reference_configured(test, reference, &VerdictConfig::default())
+}
+
+/// Compares an image with a reference folder.
+///
+/// # Errors
+/// If sizes differ.
+pub fn with_reference_configured(
+    test: &ImageEstimate,
+    reference: &Reference,
+    config: &VerdictConfig,
+) -> Result<Comparison, ComparisonError> {
     test.check_size((reference.width, reference.height))?;
     let tiles = test.tiles(&reference.stochastic)?;
     let tolerance = reference.provenance.exact_tolerance;
     let exact = deterministic(&reference.exact, |p| test.estimates(p), |p| reference.estimates(p), tolerance);
-    let judge = |tiles: TiledMeans| Verdict::compare(&tiles, &reference.tiles, exact, &VerdictConfig::default());
+    let judge = |tiles: TiledMeans| Verdict::compare(&tiles, &reference.tiles, exact, config);
     let verdict = tiles.map(judge).transpose()?;
     Ok(Comparison {
         verdict,
@@ -255,11 +267,23 @@ pub fn with_reference(test: &ImageEstimate, reference: &Reference) -> Result<Com
     })
 }
 
-/// Compares two images; what both show without noise is held to a tolerance.
+/// Compares two images with the default levels and ambition; what both show without noise is held to a tolerance.
 ///
 /// # Errors
 /// If sizes differ.
 pub fn with_image(test: &ImageEstimate, reference: &ImageEstimate) -> Result<Comparison, ComparisonError> {
+    with_image_configured(test, reference, &VerdictConfig::default())
+}
+
+/// Compares two images; what both show without noise is held to a tolerance.
+///
+/// # Errors
+/// If sizes differ.
+pub fn with_image_configured(
+    test: &ImageEstimate,
+    reference: &ImageEstimate,
+    config: &VerdictConfig,
+) -> Result<Comparison, ComparisonError> {
     test.check_size((reference.width, reference.height))?;
     let metrics = Metrics::new(&test.pixels, &reference.pixels);
     let mask: Vec<bool> = (0..test.pixels.len()).map(|p| test.is_noisy(p) || reference.is_noisy(p)).collect();
@@ -268,7 +292,7 @@ pub fn with_image(test: &ImageEstimate, reference: &ImageEstimate) -> Result<Com
             let still: Vec<bool> = mask.iter().map(|noisy| !noisy).collect();
             let tolerance = DeterministicCheck::TOLERANCE;
             let exact = deterministic(&still, |p| test.estimates(p), |p| reference.estimates(p), tolerance);
-            Some(Verdict::compare(&ours, &theirs, exact, &VerdictConfig::default())?)
+            Some(Verdict::compare(&ours, &theirs, exact, config)?)
         }
         _ => None,
     };

@@ -5,10 +5,14 @@ use serde::Serialize;
 use super::{
     anchor,
     drawings::{self, Drawing},
+    groups::{GroupSummary, group_of, severity},
     mark::Mark,
     number,
 };
-use crate::{law::Measured, validation::Row};
+use crate::{
+    law::Measured,
+    validation::{Evidence, LawTime, Row},
+};
 
 /// A law with more findings than this is folded up.
 const HANDFUL: usize = 4;
@@ -19,6 +23,9 @@ pub(super) struct Group {
     name: String,
     findings: usize,
     failed: usize,
+    seconds: String,
+    /// What its laws could have detected; empty if that is not known.
+    power: String,
     laws: Vec<LawView>,
 }
 
@@ -32,6 +39,7 @@ struct LawView {
     reproduce: String,
     mark: Mark,
     failed: usize,
+    seconds: String,
     folded: bool,
     worst: usize,
     plots: Vec<Drawing>,
@@ -54,20 +62,26 @@ pub(super) struct FindingView {
 
 impl Group {
     /// All groups in the order of their first rows.
-    pub(super) fn all(rows: &[Row]) -> Vec<Self> {
-        let prefix = |row: &&Row| row.name.split('/').next().unwrap_or_default().to_owned();
-        let of_group = |(name, rows): (String, Vec<&Row>)| Self {
-            findings: rows.len(),
-            failed: rows.iter().filter(|row| !row.passed).count(),
-            laws: grouped(rows, |row| row.name.clone()).into_iter().map(|(_, rows)| LawView::new(rows)).collect(),
-            name,
+    pub(super) fn all(evidence: &Evidence) -> Vec<Self> {
+        let laws_of = |name: &str| {
+            let rows = evidence.rows.iter().filter(|row| group_of(&row.name) == name).collect();
+            let laws = grouped(rows, |row| row.name.clone()).into_iter();
+            laws.map(|(_, rows)| LawView::new(rows, &evidence.times)).collect()
         };
-        grouped(rows.iter().collect(), prefix).into_iter().map(of_group).collect()
+        let of_group = |group: GroupSummary| Self {
+            findings: group.rows,
+            failed: group.failed,
+            seconds: number::duration(group.seconds),
+            power: power(&group),
+            laws: laws_of(&group.name),
+            name: group.name,
+        };
+        GroupSummary::all(evidence).into_iter().map(of_group).collect()
     }
 }
 
 impl LawView {
-    fn new(mut rows: Vec<&Row>) -> Self {
+    fn new(mut rows: Vec<&Row>, times: &[LawTime]) -> Self {
         let base = format!("law-{}", anchor(&rows[0].name));
         rows.sort_by_key(|row| row.passed);
         let failed = rows.iter().filter(|row| !row.passed).count();
@@ -81,6 +95,10 @@ impl LawView {
             reproduce: law.reproduce.clone(),
             mark: Mark::of_finding(failed == 0),
             failed,
+            seconds: times
+                .iter()
+                .find(|time| time.name == law.name)
+                .map_or("–".into(), |t| number::duration(t.seconds)),
             plots: rows.iter().filter_map(drawn).collect(),
             folded: rows.len() > HANDFUL,
             worst: worst.unwrap_or_default(),
@@ -96,6 +114,7 @@ impl FindingView {
             Measured::Value { value, expected, bound } => {
                 (number::to_bound(*value, *bound), Some(number::to_bound(*expected, *bound)))
             }
+            Measured::Equivalence { limit, .. } => (format!("off by at most {}", number::percent(*limit)), None),
             Measured::Test { statistic, .. } => (statistic.clone(), None),
         };
         Self {
@@ -117,23 +136,23 @@ fn held_against(row: &Row) -> String {
             let error = number::significant((value - expected).abs(), 2);
             format!("error {error} {relation} {}", number::significant(*bound, 2))
         }
+        Measured::Equivalence { limit, bound } => {
+            let relation = if row.passed { '≤' } else { '>' };
+            format!("{} {relation} {}", number::percent(*limit), number::percent(*bound))
+        }
         Measured::Test { p, .. } => {
             let relation = if row.passed { '≥' } else { '<' };
-            format!("p = {} {relation} {}", number::probability(*p), number::significant(row.level, 2))
+            let detectable = row.detectable_bias.map_or(String::new(), |x| format!("; detects {}", number::percent(x)));
+            format!("p = {} {relation} {}{detectable}", number::probability(*p), number::significant(row.level, 2))
         }
     }
 }
 
-/// How close a finding comes to failing: 1 is the edge, for values and tests alike.
-fn severity(row: &Row) -> f64 {
-    let ratio = match &row.finding.measured {
-        Measured::Value { value, expected, bound } => match (value - expected).abs() {
-            0.0 => 0.0,
-            error => error / bound,
-        },
-        Measured::Test { p, .. } => row.level / p,
-    };
-    if ratio.is_nan() { f64::INFINITY } else { ratio }
+/// What the laws of a group could have detected.
+fn power(group: &GroupSummary) -> String {
+    let bias = group.detectable_bias.map(|bias| format!("tests of means detect a bias of {}", number::percent(bias)));
+    let bound = group.equivalence_bound.map(|bound| format!("equivalence within {}", number::percent(bound)));
+    bias.into_iter().chain(bound).collect::<Vec<_>>().join(", ")
 }
 
 /// Rows by a key, keys in the order in which they first occur.
@@ -166,7 +185,7 @@ mod tests {
     #[test]
     fn the_worst_is_the_closest_to_failing() {
         let rows = sample::many(&[(0.5, true), (0.002, true), (0.9, true), (0.3, true), (0.4, true)]);
-        let law = LawView::new(rows.iter().collect());
+        let law = LawView::new(rows.iter().collect(), &[]);
         assert!(law.folded && law.failed == 0);
         assert_eq!(law.findings[law.worst].held_against, "p = 0.002 ≥ 0.001");
     }
@@ -174,7 +193,7 @@ mod tests {
     #[test]
     fn failures_lead_to_their_rows() {
         let rows = sample::many(&[(0.5, true), (1e-9, false), (0.9, true), (1e-7, false)]);
-        let law = LawView::new(rows.iter().collect());
+        let law = LawView::new(rows.iter().collect(), &[]);
         let found = failures(&rows);
         assert_eq!(found.len(), 2);
         for (_, failure) in found {

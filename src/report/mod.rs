@@ -3,7 +3,7 @@
 //! | part | file |
 //! |---|---|
 //! | the page as a whole; the style sheet, which pages of studies share | `page`, `template.html`, `style.css`, `script.js` |
-//! | the laws, by the first part of their names | `laws`, `laws.html` |
+//! | the laws, by the first part of their names; each group in numbers | `laws`, `laws.html`; `groups` |
 //! | the scenes | `scenes`, `scene.html` |
 //! | pictures as data URIs, with the ramps of their legends | `pictures` |
 //! | which plots there are | `drawings` |
@@ -11,6 +11,7 @@
 //! | `reports/verify.md` and `reports/verify.json` | `summary` |
 
 mod drawings;
+mod groups;
 mod laws;
 mod mark;
 pub(crate) mod number;
@@ -21,6 +22,7 @@ mod sample;
 mod scenes;
 pub mod summary;
 
+pub use groups::{GroupSummary, power};
 pub(crate) use mark::Mark;
 #[cfg(feature = "study")]
 pub(crate) use page::{environment, now, style};
@@ -29,7 +31,6 @@ use std::path::{Path, PathBuf};
 
 use crate::{
     film::exr::{FileError, write_whole},
-    law::Effort,
     validation::Evidence,
 };
 
@@ -57,10 +58,7 @@ fn command(evidence: &Evidence) -> String {
     if evidence.only != "*" {
         command += &format!(" --only '{}'", evidence.only);
     }
-    if evidence.effort == Effort::Full {
-        command += " --full";
-    }
-    command
+    command + evidence.effort.option()
 }
 
 /// A name as the anchor of a link: letters and digits, all else a hyphen.

@@ -5,12 +5,12 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use minijinja::{Environment, UndefinedBehavior, syntax::SyntaxConfig, value::Serde};
 use serde::Serialize;
 
-use super::{command, laws, laws::Group, mark::Mark, number, scenes::SceneView};
+use super::{command, groups, laws, laws::Group, mark::Mark, number, scenes::SceneView};
 use crate::{
-    law::{Effort, Measured},
+    law::{LEVEL, MAX_TESTS, Measured},
     plot,
-    stats::{VerdictConfig, multiple::sidak_p},
-    validation::{Evidence, Row, SCALED},
+    stats::VerdictConfig,
+    validation::{Evidence, Row},
 };
 
 /// What is on the page.
@@ -20,6 +20,8 @@ struct Page {
     script: &'static str,
     version: String,
     effort: &'static str,
+    /// What the run could have detected.
+    power: Vec<String>,
     /// What an image is multiplied by to see that its verdict would notice.
     scaled: f64,
     made: String,
@@ -52,6 +54,8 @@ struct Failure {
 #[derive(Debug, Serialize)]
 struct Level {
     tests: usize,
+    /// For how many tests the level is corrected.
+    most: usize,
     each: String,
     together: String,
 }
@@ -107,15 +111,13 @@ impl Page {
             style: style(),
             script: include_str!("script.js"),
             version: evidence.version.clone(),
-            effort: match evidence.effort {
-                Effort::Quick => "quick",
-                Effort::Full => "full",
-            },
+            effort: evidence.effort.name(),
+            power: groups::power(evidence),
             made: now(),
             seconds: number::duration(evidence.seconds),
             threads: evidence.threads,
             command: command(evidence),
-            scaled: SCALED,
+            scaled: evidence.effort.falsification(),
             partial: evidence.only != "*",
             total: evidence.rows.len() + evidence.scenes.len(),
             passed: failures.is_empty(),
@@ -123,7 +125,7 @@ impl Page {
             level: level(&evidence.rows),
             config: config(evidence),
             findings: evidence.rows.len(),
-            groups: Group::all(&evidence.rows),
+            groups: Group::all(evidence),
             scenes,
         }
     }
@@ -151,12 +153,13 @@ fn failures(rows: &[Row], scenes: &[SceneView]) -> Vec<Failure> {
     laws::failures(rows).into_iter().map(of_law).chain(scenes).collect()
 }
 
-/// The level that the tests of all rows share, if there are any.
+/// The level of the tests, if there are any.
 fn level(rows: &[Row]) -> Option<Level> {
     let is_test = |row: &&Row| matches!(row.finding.measured, Measured::Test { .. });
     let each = rows.iter().find(is_test)?.level;
     let tests = rows.iter().filter(is_test).count();
-    Some(Level { tests, each: number::significant(each, 3), together: number::percent(sidak_p(each, tests)) })
+    let each = number::significant(each, 3);
+    Some(Level { tests, most: MAX_TESTS, each, together: number::percent(LEVEL) })
 }
 
 fn config(evidence: &Evidence) -> Option<Config> {
@@ -260,7 +263,7 @@ mod tests {
     #[test]
     fn the_level_is_that_of_the_rows() {
         let level = level(&sample::passing().rows).unwrap();
-        assert_eq!((level.tests, level.each.as_str(), level.together.as_str()), (1, "0.001", "0.1\u{202f}%"));
+        assert_eq!((level.tests, level.each.as_str(), level.together.as_str()), (1, "0.001", "1\u{202f}%"));
     }
 
     #[test]

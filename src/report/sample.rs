@@ -2,9 +2,9 @@
 
 use crate::{
     comparison::{Comparison, Metrics},
-    law::{Effort, Finding},
+    law::{Effort, Finding, Measured},
     stats::{DeterministicCheck, Estimate, Outcome, TiledMeans, Verdict, VerdictConfig},
-    validation::{Evidence, Images, Row, SceneEvidence},
+    validation::{Evidence, Images, LawTime, Row, SceneEvidence},
 };
 
 fn row(name: &str, finding: Finding, passed: bool) -> Row {
@@ -14,9 +14,16 @@ fn row(name: &str, finding: Finding, passed: bool) -> Row {
         source: "a book".into(),
         finding,
         level: 0.001,
+        detectable_bias: None,
         passed,
         reproduce: format!("etendue verify --only '{name}' --full"),
     }
+}
+
+/// A row of equivalence.
+pub(super) fn equivalent(name: &str, limit: f64, bound: f64) -> Row {
+    let finding = Finding { measured: Measured::Equivalence { limit, bound }, ..Finding::error("a mean", 0.0, 0.0) };
+    row(name, finding, limit <= bound)
 }
 
 /// Tests of one law, with their p-values.
@@ -58,6 +65,7 @@ fn scene(name: &str, off: f64, outcome: Outcome) -> SceneEvidence {
         conclusion: comparison.conclusion(),
         comparison,
         passed: outcome == Outcome::Agrees,
+        scale: 1.005,
         scaled: Outcome::Differs,
         seconds: 1.5,
         reproduce: vec![format!("etendue verify --only 'reference/{name}' --full")],
@@ -72,6 +80,9 @@ fn evidence(rows: Vec<Row>, scenes: Vec<SceneEvidence>) -> Evidence {
         effort: Effort::Full,
         seconds: 12.5,
         threads: 2,
+        times: [("fresnel/table", 0.25), ("bsdf/chi2", 1.5)]
+            .map(|(name, seconds)| LawTime { name: name.into(), seconds })
+            .into(),
         rows,
         scenes,
     }

@@ -12,7 +12,7 @@ use super::{
 use crate::{
     comparison::TILE,
     stats::{Outcome, Verdict, verdict::PeakTest},
-    validation::{SCALED, SceneEvidence},
+    validation::SceneEvidence,
 };
 
 const CHANNELS: [&str; 3] = ["red", "green", "blue"];
@@ -104,7 +104,7 @@ fn reasons(scene: &SceneEvidence) -> String {
         }
     }
     if scene.scaled != Outcome::Differs {
-        reasons.push(format!("the same image times {SCALED} is not told apart"));
+        reasons.push(format!("the same image times {} is not told apart", scene.scale));
     }
     reasons.join(", ")
 }
@@ -177,7 +177,7 @@ fn circumstances(scene: &SceneEvidence) -> Vec<Number> {
     );
     let ours = scene.comparison.spp.map_or("unknown".into(), |spp| format!("{spp} spp"));
     vec![
-        Number { label: "Ours falsified", text: format!("times {SCALED}: {scaled}") },
+        Number { label: "Ours falsified", text: format!("times {}: {scaled}", scene.scale) },
         Number { label: "Samples of ours", text: format!("{ours}, {}", number::duration(scene.seconds)) },
         Number { label: "Reference by", text: scene.reference_by.clone() },
         Number { label: "RMSE", text: errors },

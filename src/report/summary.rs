@@ -4,11 +4,17 @@ use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 
-use super::{command, laws::FindingView, mark::Mark, number};
+use super::{
+    command,
+    groups::{self, GroupSummary},
+    laws::FindingView,
+    mark::Mark,
+    number,
+};
 use crate::{
-    law::{Effort, Measured},
+    law::{Effort, LEVEL, MAX_TESTS, Measured, level_of_each},
     stats::Outcome,
-    validation::{Evidence, Row, SceneEvidence},
+    validation::{Evidence, LawTime, Row, SceneEvidence},
 };
 
 /// A run without its pictures and tiles. Numbers that do not apply or are not finite are left out.
@@ -26,10 +32,21 @@ pub struct Summary {
     pub threads: usize,
     /// Whether everything holds.
     pub passed: bool,
+    /// Every law.
+    pub laws: Vec<SummaryLaw>,
     /// Every finding.
     pub rows: Vec<SummaryRow>,
     /// Every scene.
     pub scenes: Vec<SummaryScene>,
+}
+
+/// A law that was checked.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SummaryLaw {
+    /// Its name.
+    pub name: String,
+    /// Wall-clock seconds; other laws may have run at the same time.
+    pub seconds: f64,
 }
 
 /// A finding: a value with what it should be, or a test.
@@ -57,6 +74,9 @@ pub struct SummaryRow {
     /// Below which the test fails.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub level: Option<f64>,
+    /// The relative bias of a mean that the test would have detected.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub detectable_bias: Option<f64>,
     /// Whether it holds.
     pub passed: bool,
 }
@@ -84,9 +104,9 @@ pub struct SummaryScene {
     pub relative_mse: f64,
     /// Our samples per pixel.
     pub spp: Option<u64>,
-    /// Whether the same image times [`SCALED`] differs, as it must.
-    ///
-    /// [`SCALED`]: crate::validation::SCALED
+    /// The factor by which the image was falsified.
+    pub scale: f64,
+    /// Whether the falsified image differs, as it must.
     pub scaled_differs: bool,
     /// Seconds to render.
     pub seconds: f64,
@@ -105,9 +125,16 @@ impl Summary {
             seconds: evidence.seconds,
             threads: evidence.threads,
             passed: evidence.passed(),
+            laws: evidence.times.iter().map(SummaryLaw::new).collect(),
             rows: evidence.rows.iter().map(SummaryRow::new).collect(),
             scenes: evidence.scenes.iter().map(SummaryScene::new).collect(),
         }
+    }
+}
+
+impl SummaryLaw {
+    fn new(time: &LawTime) -> Self {
+        Self { name: time.name.clone(), seconds: time.seconds }
     }
 }
 
@@ -124,11 +151,15 @@ impl SummaryRow {
             statistic: None,
             p: None,
             level: None,
+            detectable_bias: row.detectable_bias,
             passed: row.passed,
         };
         match &row.finding.measured {
             Measured::Value { value, expected, bound } => {
                 Self { value: finite(*value), expected: finite(*expected), bound: finite(*bound), ..empty }
+            }
+            Measured::Equivalence { limit, bound } => {
+                Self { value: finite(*limit), expected: Some(0.0), bound: finite(*bound), ..empty }
             }
             Measured::Test { statistic, p } => {
                 Self { statistic: Some(statistic.clone()), p: finite(*p), level: finite(row.level), ..empty }
@@ -151,6 +182,7 @@ impl SummaryScene {
             rmse: scene.comparison.metrics.rmse,
             relative_mse: scene.comparison.metrics.relative_mse,
             spp: scene.comparison.spp,
+            scale: scene.scale,
             scaled_differs: scene.scaled == Outcome::Differs,
             seconds: scene.seconds,
             passed: scene.passed,
@@ -158,39 +190,80 @@ impl SummaryScene {
     }
 }
 
-/// A run as tables in Markdown.
+/// A run in one or two screens of Markdown: its groups and its scenes.
 #[must_use]
 pub fn markdown(evidence: &Evidence) -> String {
-    let failed = evidence.rows.iter().filter(|row| !row.passed).count()
-        + evidence.scenes.iter().filter(|scene| !scene.passed).count();
+    let mut text = format!("# What etendue claims, checked\n\n{}\n", conclusion(evidence));
+    for sentence in groups::power(evidence) {
+        let _ = writeln!(text, "{sentence}");
+    }
+    let failing: Vec<_> = evidence.rows.iter().filter(|row| !row.passed).collect();
+    if !failing.is_empty() {
+        text += "\n## Rows that fail\n\n| name | subject | number | bound or p |\n|---|---|---|---|\n";
+    }
+    for row in failing {
+        let view = FindingView::new(row, String::new());
+        line(&mut text, &[&row.name, &view.subject, &view.found, &view.held_against]);
+    }
+    let _ = writeln!(
+        text,
+        "\n## Laws\n\nAn error over its bound must be at most 1, and a p-value over its level at least 1. The level of each test is {}: the \
+         chance that any of at most {MAX_TESTS} tests fails although all claims hold is at most {}.\n\n\
+         | group | rows | failed | worst error over bound | worst p over level | detectable bias | bound of equivalence | time |\n\
+         |---|---|---|---|---|---|---|---|",
+        number::significant(level_of_each(), 2),
+        number::percent(LEVEL)
+    );
+    for group in GroupSummary::all(evidence) {
+        group_line(&mut text, &group);
+    }
+    text += "\n## Scenes against their references\n\n\
+             | scene | p | detectable bias | ours | reference | verdict |\n|---|---|---|---|---|---|\n";
+    for scene in &evidence.scenes {
+        scene_line(&mut text, scene);
+    }
+    text
+}
+
+/// What was run, whether all of it holds, and how to run it again.
+fn conclusion(evidence: &Evidence) -> String {
+    let failed = evidence.failed();
     let total = evidence.rows.len() + evidence.scenes.len();
     let conclusion =
         if failed == 0 { format!("All {total} rows hold.") } else { format!("**{failed} of {total} rows fail.**") };
-    let mut text = format!(
-        "# What etendue claims, checked\n\nMade by `{}`, version {}, in {} on {} threads. {conclusion}\n",
-        command(evidence),
+    let command = command(evidence);
+    format!(
+        "{conclusion} Made by `{command}`, version {}, in {} on {} threads.\n\
+         To make it again: `cargo run --release -- {}`. Every row is in [verify.json](verify.json), and with pictures in \
+         `reports/verify/index.html`, which the command writes.\n",
         evidence.version,
         number::duration(evidence.seconds),
         evidence.threads,
-    );
-    text += "\n## Laws\n\n| name | subject | number | bound or p | verdict |\n|---|---|---|---|---|\n";
-    for row in &evidence.rows {
-        let view = FindingView::new(row, String::new());
-        let number =
-            view.expected.map_or(view.found.clone(), |expected| format!("{} (expected {expected})", view.found));
-        let cells = [&row.name, &view.subject, &number, &view.held_against, &words(view.mark)];
-        line(&mut text, &cells.map(String::as_str));
-    }
-    text += "\n## Scenes against their references\n\n| scene | p | would have seen | ours | reference | verdict |\n|---|---|---|---|---|---|\n";
-    for scene in &evidence.scenes {
-        let verdict = scene.comparison.verdict.as_ref();
-        let p = verdict.map_or("–".into(), |verdict| number::probability(verdict.p));
-        let bias = verdict.and_then(|verdict| verdict.global.worst_detectable_bias).map_or("–".into(), number::percent);
-        let spp = scene.comparison.spp.map_or("–".into(), |spp| format!("{spp} spp"));
-        let mark = words(Mark::of_scene(scene));
-        line(&mut text, &[&scene.name, &p, &bias, &spp, &scene.reference_by, &mark]);
-    }
-    text
+        command.trim_start_matches("etendue "),
+    )
+}
+
+fn group_line(text: &mut String, group: &GroupSummary) {
+    let known = |x: Option<f64>, show: fn(f64) -> String| x.map_or("–".into(), show);
+    let cells = [
+        group.name.clone(),
+        group.rows.to_string(),
+        group.failed.to_string(),
+        known(group.worst_error, |x| number::significant(x, 2)),
+        known(group.worst_test, |x| number::significant(x, 2)),
+        known(group.detectable_bias, number::percent),
+        known(group.equivalence_bound, number::percent),
+        number::duration(group.seconds),
+    ];
+    line(text, &cells.each_ref().map(String::as_str));
+}
+
+fn scene_line(text: &mut String, scene: &SceneEvidence) {
+    let verdict = scene.comparison.verdict.as_ref();
+    let p = verdict.map_or("–".into(), |verdict| number::probability(verdict.p));
+    let bias = verdict.and_then(|verdict| verdict.global.worst_detectable_bias).map_or("–".into(), number::percent);
+    let spp = scene.comparison.spp.map_or("–".into(), |spp| format!("{spp} spp"));
+    line(text, &[&scene.name, &p, &bias, &spp, &scene.reference_by, &words(Mark::of_scene(scene))]);
 }
 
 fn words(mark: Mark) -> String {
@@ -207,6 +280,7 @@ fn line(text: &mut String, cells: &[&str]) {
 #[cfg(test)]
 mod tests {
     use super::{super::sample, *};
+    use crate::validation;
 
     #[test]
     fn round_trips_through_json() {
@@ -227,14 +301,58 @@ mod tests {
     }
 
     #[test]
-    fn every_row_is_a_line_of_the_table() {
-        let evidence = sample::failing();
+    fn groups_scenes_and_failures_are_lines_of_tables() {
+        let mut evidence = sample::failing();
+        evidence.rows[2].finding.subject = "a | <b>bold</b>".into();
         let text = markdown(&evidence);
         let line = |start: &str| text.lines().find(|line| line.starts_with(start)).expect("a line").to_owned();
         assert!(text.contains("`etendue verify --full`") && text.contains("**2 of 4 rows fail.**"));
-        assert!(line("| fresnel/table").contains(r"\| &lt;b>bold&lt;/b>"), "{text}");
-        assert!(line("| bsdf/chi2").ends_with("| ✓ holds |"));
+        assert!(text.contains("`cargo run --release -- verify --full`"), "{text}");
+        assert!(line("| bsdf/chi2").contains(r"a \| &lt;b>bold&lt;/b>"), "{text}");
+        assert!(line("| fresnel |").starts_with("| fresnel | 1 | 0 | 0 | – |"), "{text}");
+        assert!(line("| bsdf |").starts_with("| bsdf | 2 | 1 | – | 0 |"), "{text}");
         assert!(line("| reference/differs").ends_with("| ✗ differs |"));
-        assert_eq!(text.lines().filter(|line| line.starts_with("| ")).count(), 4 + 2);
+        // Three heads, a failure, two groups and a scene.
+        assert_eq!(text.lines().filter(|line| line.starts_with("| ")).count(), 3 + 1 + 2 + 1);
+        assert!(!markdown(&sample::passing()).contains("Rows that fail"));
+    }
+
+    /// The summary of the last complete run at full effort.
+    fn committed() -> Summary {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/reports/verify.json");
+        let text = std::fs::read_to_string(path).expect("reports/verify.json is there");
+        serde_json::from_str(&text).unwrap_or_else(|error| panic!("reports/verify.json is stale, {error}; {AGAIN}"))
+    }
+
+    const AGAIN: &str = "make it again: cargo run --release -- verify --full";
+
+    #[test]
+    fn the_committed_summary_has_every_law_and_scene() {
+        let summary = committed();
+        assert_eq!((summary.command.as_str(), summary.effort), ("etendue verify --full", Effort::Full));
+        assert!(summary.passed && summary.rows.iter().all(|row| row.passed));
+        let missing_law = validation::laws().find(|law| !summary.rows.iter().any(|row| row.name == law.name));
+        assert!(missing_law.is_none(), "{missing_law:?} is missing from reports/verify.json; {AGAIN}");
+        let known = |law: &str| validation::laws().any(|known| known.name == law);
+        let gone = summary.rows.iter().find(|row| !known(&row.name));
+        assert!(gone.is_none(), "{gone:?} of reports/verify.json is gone; {AGAIN}");
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+        let expected = validation::compared_scenes(root).expect("the scenes are there");
+        let names: Vec<_> = summary.scenes.iter().map(|scene| scene.name.clone()).collect();
+        assert_eq!(names, expected, "{AGAIN}");
+        let tests = summary.rows.iter().filter(|row| row.p.is_some()).count();
+        assert!(tests <= MAX_TESTS, "adapt MAX_TESTS to {tests} tests");
+    }
+
+    #[test]
+    fn the_committed_page_has_the_groups_and_scenes_of_the_committed_rows() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/reports/verify.md");
+        let text = std::fs::read_to_string(path).expect("reports/verify.md is there");
+        let summary = committed();
+        let groups = summary.rows.iter().map(|row| groups::group_of(&row.name));
+        for name in groups.chain(summary.scenes.iter().map(|scene| scene.name.as_str())) {
+            assert!(text.contains(&format!("\n| {name} |")), "{name} is missing from reports/verify.md; {AGAIN}");
+        }
+        assert!(text.lines().count() < 120, "reports/verify.md is longer than two screens");
     }
 }

@@ -39,11 +39,22 @@ impl Equivalence {
         if std_error == 0.0 {
             return Self { difference, std_error, limit: difference.abs(), power: 1.0 };
         }
-        // A one-sided test is a two-sided test at twice the level.
-        let t = student::two_sided_t(2.0 * LEVEL, welch.dof);
+        let t = one_sided_t(welch.dof);
         let power = (2.0 * normal::cdf(bound / std_error - t) - 1.0).max(0.0);
         Self { difference, std_error, limit: difference.abs() + t * std_error, power }
     }
+
+    /// Half the width of the confidence interval of a mean of samples whose standard deviation is 1: how a bound that noise allows
+    /// depends on their number.
+    #[must_use]
+    pub fn half_width(samples: f64) -> f64 {
+        one_sided_t(samples - 1.0) / samples.sqrt()
+    }
+}
+
+fn one_sided_t(dof: f64) -> f64 {
+    // One-sided at the level is two-sided at twice that.
+    student::two_sided_t(2.0 * LEVEL, dof)
 }
 
 #[cfg(test)]

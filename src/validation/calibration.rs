@@ -26,7 +26,8 @@ fn calibrate(scene: &SceneFile, effort: Effort) -> Result<Vec<Finding>, CheckErr
         return Ok(Vec::new());
     }
     let comparisons = match effort {
-        Effort::Quick => 10,
+        Effort::Quick => 5,
+        Effort::Standard => 10,
         Effort::Full => 100,
     };
     let renderer = Renderer::new(&xml::read(&scene.path, &[])?, &Overrides::default())?;

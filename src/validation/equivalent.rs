@@ -1,10 +1,13 @@
 //! Biased images held against the references of other integrators.
 
 use crate::{
-    comparison::{Reference, equivalence},
+    comparison::{
+        Reference,
+        equivalence::{self, Work},
+    },
     integrator::{Integrator, IntegratorModel as _, Overrides},
     law::{Check, CheckError, Effort, Finding, Law, SceneFile},
-    render::Renderer,
+    render::{Renderer, Replicate},
     scene_file::{SceneError, xml},
     stats::equivalence::TO_RADIUS_ZERO,
     validation::reference::SEED,
@@ -49,10 +52,10 @@ fn photon_mapped(scene: &SceneFile, effort: Effort) -> Result<Vec<Finding>, Chec
         params: &params,
         radii: &["global_lookup_radius", "caustic_lookup_radius"],
         least: LEAST_RADIUS,
-        passes: u64::from(effort.samples(10)),
+        passes: 10,
         samples: 4,
     };
-    biased.compare(scene)
+    biased.compare(scene, effort)
 }
 
 /// Scenes that progressive photon mapping is held against, with the schedule and the least radius of the first pass over that
@@ -78,10 +81,10 @@ fn progressive(scene: &SceneFile, effort: Effort) -> Result<Vec<Finding>, CheckE
         params: &params,
         radii: &["initial_radius"],
         least,
-        passes: u64::from(effort.samples(images)),
+        passes: images,
         samples: passes,
     };
-    biased.compare(scene)
+    biased.compare(scene, effort)
 }
 
 /// A biased image.
@@ -93,14 +96,14 @@ struct Biased<'a> {
     radii: &'a [&'a str],
     /// The least of them, over the radius of the scene.
     least: f64,
-    /// Independent images, and samples of each pixel in one.
-    passes: u64,
+    /// Independent images at the standard effort, and samples of each pixel in one.
+    passes: u32,
     samples: u32,
 }
 
 impl Biased<'_> {
     /// Whether it is equivalent to the reference of a scene.
-    fn compare(&self, scene: &SceneFile) -> Result<Vec<Finding>, CheckError> {
+    fn compare(&self, scene: &SceneFile, effort: Effort) -> Result<Vec<Finding>, CheckError> {
         let reference = Reference::load(&scene.reference)?;
         reference.check_fresh(&scene.reference, &scene.path)?;
         let document = xml::read(&scene.path, &[])?;
@@ -112,7 +115,12 @@ impl Biased<'_> {
             let params = params.map(|(name, value)| (name.to_owned(), value.to_owned())).collect();
             Renderer::new(&document, &Overrides { name: self.integrator.map(str::to_owned), params })
         });
-        let found = equivalence::photon_map(&[one?, two?, three?], &reference, self.passes, self.samples, SEED);
+        let work = Work {
+            replicate: Replicate { seed: SEED, number: 0, samples: self.samples },
+            passes: u64::from(effort.samples(self.passes)),
+            widening: effort.bound(self.passes, 1.0),
+        };
+        let found = equivalence::photon_map(&[one?, two?, three?], &reference, &work);
         Ok(found
             .into_iter()
             .map(|found| Finding { subject: format!("{}, {}", scene.stem(), found.subject), ..found })

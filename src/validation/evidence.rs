@@ -20,8 +20,10 @@ pub struct Row {
     pub source: String,
     /// The number.
     pub finding: Finding,
-    /// The level at which a test fails: what [`crate::law::LEVEL`] leaves to each of the tests of all rows.
+    /// The level at which a test fails, [`level_of_each`](crate::law::level_of_each).
     pub level: f64,
+    /// The relative bias of a mean that the test would have detected, if it is a test of means.
+    pub detectable_bias: Option<f64>,
     /// Whether it holds.
     pub passed: bool,
     /// The command that finds it again.
@@ -45,7 +47,9 @@ pub struct SceneEvidence {
     pub conclusion: String,
     /// Whether they agree.
     pub passed: bool,
-    /// The verdict on the same image times [`SCALED`](crate::validation::SCALED), which must differ.
+    /// The factor by which the image was falsified, to see that its verdict would notice.
+    pub scale: f64,
+    /// The verdict on the falsified image, which must differ.
     pub scaled: Outcome,
     /// Seconds to render.
     pub seconds: f64,
@@ -66,7 +70,16 @@ pub struct Images {
     pub reference: Vec<[f64; 3]>,
 }
 
-/// A whole run of `verify`.
+/// The time that a law took.
+#[derive(Clone, Debug)]
+pub struct LawTime {
+    /// The law's name.
+    pub name: String,
+    /// Wall-clock seconds; other laws may have run at the same time.
+    pub seconds: f64,
+}
+
+/// A run of `verify`.
 #[derive(Clone, Debug)]
 pub struct Evidence {
     /// The version of this program.
@@ -79,6 +92,8 @@ pub struct Evidence {
     pub seconds: f64,
     /// Threads that rendered.
     pub threads: usize,
+    /// The time that each law took.
+    pub times: Vec<LawTime>,
     /// Every finding of every law.
     pub rows: Vec<Row>,
     /// Every scene.
@@ -89,7 +104,13 @@ impl Evidence {
     /// Whether everything holds.
     #[must_use]
     pub fn passed(&self) -> bool {
-        self.rows.iter().all(|row| row.passed) && self.scenes.iter().all(|scene| scene.passed)
+        self.failed() == 0
+    }
+
+    /// How many rows and scenes do not hold.
+    #[must_use]
+    pub fn failed(&self) -> usize {
+        self.rows.iter().filter(|row| !row.passed).count() + self.scenes.iter().filter(|scene| !scene.passed).count()
     }
 }
 

@@ -227,12 +227,14 @@ fn unseen(_: Effort) -> Vec<Finding> {
 
 fn split(effort: Effort) -> Vec<Finding> {
     const NAMES: [&str; 5] = ["direct", "specular", "caustic", "indirect", "sum"];
-    /// How far each part may be from the other's, relative: what the quick run's noise allows to be shown.
+    /// How far each part may be from the other's, relative: what the noise of the standard effort allows to be shown.
     const BOUNDS: [f64; 5] = [0.01, 0.04, 0.04, 0.03, 0.015];
     const BOUNDS_OF_MAPS: [f64; 5] = [0.02, 0.04, 0.04, 0.03, 0.02];
+    const BOUND_BY_NEAREST: f64 = 0.03;
+    const PASSES: u32 = 24;
     let (scene, sensor) = (glass_room(), pinhole(FILTER));
     let depth = ("max_depth", "6");
-    let passes = u64::from(effort.samples(24));
+    let passes = u64::from(effort.samples(PASSES));
     let path = renderer(&scene, &sensor, "path", &[depth, ("path_classes", "true")]);
     let mut truth = [Moments::default(); 5];
     for number in 0..passes {
@@ -252,21 +254,24 @@ fn split(effort: Effort) -> Vec<Finding> {
             |radius: Given<'_>| renderer(&scene, &sensor, "photonmapper", &[&photons[..], params, radius].concat());
         let found = extrapolated(make, 0.06, 64, passes);
         for (i, part) in NAMES.iter().enumerate() {
-            let estimate = |moments| Estimate::from_moments(moments).expect("there are two passes or more");
             let subject = format!("{way}, {part}");
-            findings.push(Finding::equivalent(subject, &estimate(&found[i]), &estimate(&truth[i]), bounds[i]));
+            let bound = effort.bound(PASSES, bounds[i]);
+            findings.push(Finding::equivalent(subject, &estimate(&found[i]), &estimate(&truth[i]), bound));
         }
     }
-    findings.push(by_nearest(&scene, &sensor, &truth[4], passes));
+    let (ours, truth) = (by_nearest(&scene, &sensor, passes), estimate(&truth[4]));
+    findings.push(Finding::equivalent("50 nearest, sum", &ours, &truth, effort.bound(PASSES, BOUND_BY_NEAREST)));
     findings
 }
 
 /// The image of the default lookup, 50 photons of a map that is dense, as it is: its bias must be small.
-fn by_nearest(scene: &str, sensor: &str, truth: &Moments, passes: u64) -> Finding {
-    const BOUND: f64 = 0.03;
+fn by_nearest(scene: &str, sensor: &str, passes: u64) -> Estimate {
     let params = [("max_depth", "6"), ("global_photons", "60000"), ("caustic_photons", "60000")];
     let renderer = renderer(scene, sensor, "photonmapper", &params);
     let sums = (0..passes).map(|number| parts(&renderer, Replicate { seed: 96, number, samples: 32 })[4]);
-    let estimate = |moments| Estimate::from_moments(moments).expect("there are two passes or more");
-    Finding::equivalent("50 nearest, sum", &estimate(&sums.collect()), &estimate(truth), BOUND)
+    estimate(&sums.collect())
+}
+
+fn estimate(moments: &Moments) -> Estimate {
+    Estimate::from_moments(moments).expect("there are two passes or more")
 }

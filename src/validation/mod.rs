@@ -24,7 +24,6 @@ mod calibration;
 mod lists;
 mod verify;
 
-pub use evidence::{Evidence, EvidenceError, Images, Row, SceneEvidence};
+pub use evidence::{Evidence, EvidenceError, Images, LawTime, Row, SceneEvidence};
 pub use lists::laws;
-pub use reference::SCALED;
-pub use verify::verify;
+pub use verify::{compared_scenes, verify};

@@ -15,11 +15,7 @@ use crate::{
     validation::evidence::{EvidenceError, Images, SceneEvidence},
 };
 
-/// By how much the image of a scene is falsified, to see that its verdict would notice.
-pub const SCALED: f64 = 1.005;
-
-/// Samples per pixel of a pass, and passes to begin with.
-const SAMPLES: u32 = 32;
+/// Passes of an image to begin with.
 pub(super) const PASSES: u64 = 32;
 /// A scene that needs more is declared undecided.
 const MAX_PASSES: u64 = 256;
@@ -32,16 +28,19 @@ pub(super) fn compare_scene(scene: SceneFile, effort: Effort) -> Result<SceneEvi
     let reference = Reference::load(&scene.reference)?;
     reference.check_fresh(&scene.reference, &scene.path)?;
     let renderer = Renderer::new(&xml::read(&scene.path, &[])?, &Overrides::default())?;
-    let first = Replicate { seed: SEED, number: 0, samples: SAMPLES };
-    let mut ours = ImageEstimate::of_replicates(&renderer, first, u64::from(effort.samples(1)).min(4) * PASSES);
-    let mut found = comparison::with_reference(&ours, &reference)?;
+    let (samples, passes) = schedule(effort);
+    let config = effort.verdict();
+    let first = Replicate { seed: SEED, number: 0, samples };
+    let mut ours = ImageEstimate::of_replicates(&renderer, first, passes);
+    let mut found = comparison::with_reference_configured(&ours, &reference, &config)?;
     // How many samples a verdict needs follows from the scatter alone, not from the difference, so going on is fair.
     if let Some(Outcome::Undecided { needed_factor: Some(factor) }) = found.verdict.as_ref().map(|v| v.outcome) {
-        let passes = ((1.1 * factor * PASSES as f64).ceil() as u64).min(MAX_PASSES);
+        let passes = ((1.1 * factor * passes as f64).ceil() as u64).min(MAX_PASSES);
         ours = ImageEstimate::of_replicates(&renderer, first, passes);
-        found = comparison::with_reference(&ours, &reference)?;
+        found = comparison::with_reference_configured(&ours, &reference, &config)?;
     }
-    let scaled = comparison::with_reference(&ours.scaled(SCALED), &reference)?;
+    let scale = effort.falsification();
+    let scaled = comparison::with_reference_configured(&ours.scaled(scale), &reference, &config)?;
     let outcome = |comparison: &Comparison| comparison.verdict.as_ref().map(|verdict| verdict.outcome);
     let by = &reference.provenance;
     let spp = by.spp_per_batch * by.batches;
@@ -50,6 +49,7 @@ pub(super) fn compare_scene(scene: SceneFile, effort: Effort) -> Result<SceneEvi
         reference_by: format!("{} {} {}, {spp} spp", by.renderer, by.version, by.variant),
         conclusion: found.conclusion(),
         passed: outcome(&found) == Some(Outcome::Agrees) && outcome(&scaled) == Some(Outcome::Differs),
+        scale,
         scaled: outcome(&scaled).expect("passes have scatter"),
         seconds: start.elapsed().as_secs_f64(),
         reproduce: vec![
@@ -64,6 +64,15 @@ pub(super) fn compare_scene(scene: SceneFile, effort: Effort) -> Result<SceneEvi
         scene: scene.path,
         reference: scene.reference,
     })
+}
+
+/// Samples per pixel of a pass, and passes to begin with.
+fn schedule(effort: Effort) -> (u32, u64) {
+    match effort {
+        Effort::Quick => (4, PASSES),
+        Effort::Standard => (32, PASSES),
+        Effort::Full => (32, 4 * PASSES),
+    }
 }
 
 /// The scene files under a root, by name: those of assets/scenes and its figures, if there are any.
@@ -89,6 +98,5 @@ pub(super) fn scene_files(root: &Path) -> Result<Vec<SceneFile>, EvidenceError> 
 
 /// The command that finds rows of a name again.
 pub(super) fn verify_command(name: &str, effort: Effort) -> String {
-    let full = if effort == Effort::Full { " --full" } else { "" };
-    format!("etendue verify --only '{name}'{full}")
+    format!("etendue verify --only '{name}'{}", effort.option())
 }

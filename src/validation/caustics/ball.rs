@@ -147,7 +147,8 @@ fn encircled(effort: Effort) -> Vec<Finding> {
     const RADII: [f64; 6] = [0.05, 0.1, 0.2, 0.4, 0.8, 1.0];
     /// Noise leaves the power to show equivalence where so much lands.
     const MAX_COUNT: f64 = 2.2;
-    let lots = Lots { kind: PhotonMapKind::Caustic, emitted: 100_000, count: effort.samples(32), seed: 41 };
+    const LOTS: u32 = 32;
+    let lots = Lots { kind: PhotonMapKind::Caustic, emitted: 100_000, count: effort.samples(LOTS), seed: 41 };
     let mut findings = Vec::new();
     for (i, plane) in [TOUCHING, 1.2, 1.35, 1.5, 2.0, 3.0].into_iter().enumerate() {
         let (channel, scene) = (i % 3, over_floor(&SUN, plane));
@@ -160,7 +161,8 @@ fn encircled(effort: Effort) -> Vec<Finding> {
             findings.push(Finding::mean(&*subject, &moments, expected));
             if power > MAX_COUNT {
                 let estimate = Estimate::from_moments(&moments).expect("there are two lots or more");
-                findings.push(Finding::equivalent(subject, &estimate, &Estimate::exact(expected), 0.005));
+                let bound = effort.bound(LOTS, 0.005);
+                findings.push(Finding::equivalent(subject, &estimate, &Estimate::exact(expected), bound));
             }
         }
     }
@@ -209,7 +211,8 @@ fn from_map(effort: Effort) -> Vec<Finding> {
         (2.0, &[0.4, 0.8, 1.0]),
         (3.0, &[1.0]),
     ];
-    let lots = Lots { kind: PhotonMapKind::Caustic, emitted: 100_000, count: effort.samples(24), seed: 43 };
+    const LOTS: u32 = 24;
+    let lots = Lots { kind: PhotonMapKind::Caustic, emitted: 100_000, count: effort.samples(LOTS), seed: 43 };
     let mut findings = Vec::new();
     for (i, (plane, radii)) in DISCS.into_iter().enumerate() {
         let (channel, scene) = (i % 3, over_floor(&SUN, plane));
@@ -228,7 +231,7 @@ fn from_map(effort: Effort) -> Vec<Finding> {
             let estimate = Estimate::from_moments(&column(&found, j)).expect("there are two lots or more");
             let expected = Estimate::exact(unit(&SUN, channel) * SUN.encircled_power(plane, *r) / area);
             let subject = format!("L = {plane}, r = {r}, {}", kernel(j).0);
-            findings.push(Finding::equivalent(subject, &estimate, &expected, 0.01));
+            findings.push(Finding::equivalent(subject, &estimate, &expected, effort.bound(LOTS, 0.01)));
         }
     }
     findings

@@ -44,6 +44,10 @@ const REFLECTANCE: Rgb = Rgb::new(0.9, 0.6, 0.3);
 /// What a light has, in units of what it has in the theory.
 const COLOUR: Rgb = Rgb::new(4.0, 2.0, 1.0);
 
+/// Lots of photons, and the bound that their noise allows.
+const LOTS: u32 = 48;
+const BOUND: f64 = 0.02;
+
 fn nephroid(effort: Effort) -> Vec<Finding> {
     let (irradiance, elevation) = (1.0, 0.6_f64);
     let (sin, cos) = elevation.sin_cos();
@@ -52,8 +56,9 @@ fn nephroid(effort: Effort) -> Vec<Finding> {
         -sin,
         triple(COLOUR)
     );
-    let lots = Lots { kind: PhotonMapKind::Caustic, emitted: 100_000, count: effort.samples(48), seed: 71 };
-    Case { room: room(Light::Collimated { irradiance, elevation }), turn: 2.0, channel: 0, lots }.check(&sun)
+    let lots = Lots { kind: PhotonMapKind::Caustic, emitted: 100_000, count: effort.samples(LOTS), seed: 71 };
+    let bound = effort.bound(LOTS, BOUND);
+    Case { room: room(Light::Collimated { irradiance, elevation }), turn: 2.0, channel: 0, lots, bound }.check(&sun)
 }
 
 fn cardioid(effort: Effort) -> Vec<Finding> {
@@ -63,8 +68,9 @@ fn cardioid(effort: Effort) -> Vec<Finding> {
         -RADIUS,
         triple(COLOUR)
     );
-    let lots = Lots { kind: PhotonMapKind::Caustic, emitted: 100_000, count: effort.samples(48), seed: 72 };
-    Case { room: room(Light::OnCircle { intensity, height }), turn: 1.5, channel: 1, lots }.check(&lamp)
+    let lots = Lots { kind: PhotonMapKind::Caustic, emitted: 100_000, count: effort.samples(LOTS), seed: 72 };
+    let bound = effort.bound(LOTS, BOUND);
+    Case { room: room(Light::OnCircle { intensity, height }), turn: 1.5, channel: 1, lots, bound }.check(&lamp)
 }
 
 fn room(light: Light) -> HalfCylinder {
@@ -78,6 +84,8 @@ struct Case {
     turn: f64,
     channel: usize,
     lots: Lots,
+    /// How far the power within a disc may be from the closed form.
+    bound: f64,
 }
 
 /// Angles at the wall of rays whose places on the caustic are looked at.
@@ -94,7 +102,7 @@ const ROUNDING: f64 = 1e-6;
 
 impl Case {
     fn check(&self, light: &str) -> Vec<Finding> {
-        let Self { room, channel, lots, .. } = self;
+        let Self { room, channel, lots, bound, .. } = self;
         // On the caustic, at its cusp, within it, and where the light of the upper rim of the wall ends.
         let discs = [room.caustic(0.5), room.caustic(0.0), DVec2::new(0.9, 0.1), DVec2::new(0.0, 0.3)];
         let found = lots.each(&half_cylinder(light), |_, emitted| {
@@ -111,7 +119,7 @@ impl Case {
             // The noise leaves it to be shown where there is much light.
             if i < 2 {
                 let estimate = Estimate::from_moments(&moments).expect("there are two lots or more");
-                findings.push(Finding::equivalent(subject, &estimate, &Estimate::exact(expected), 0.02));
+                findings.push(Finding::equivalent(subject, &estimate, &Estimate::exact(expected), *bound));
             }
         }
         let power = column(&found, discs.len() + ANGLES.len()).mean;

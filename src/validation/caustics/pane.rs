@@ -131,11 +131,12 @@ fn mapper() -> Renderer {
 }
 
 fn seen_through(effort: Effort) -> Vec<Finding> {
+    const REPLICATES: u32 = 60;
     const SAMPLES: u32 = 8;
     let renderer = mapper();
     let pixels = pixels(&renderer.scene.sensor.camera);
     let mut found = [Moments::default(); BANDS.len()];
-    for number in 0..u64::from(effort.samples(60)) {
+    for number in 0..u64::from(effort.samples(REPLICATES)) {
         let film = renderer.render(Replicate { seed: 51, number, samples: SAMPLES }, &|_| {});
         let shown: Vec<_> = film.means().into_iter().map(Rgb::from_array).collect();
         found.iter_mut().zip(band_means(&shown, &pixels)).for_each(|(moments, mean)| moments.push(mean));
@@ -147,7 +148,12 @@ fn seen_through(effort: Effort) -> Vec<Finding> {
     for (i, subject) in BANDS.into_iter().enumerate() {
         findings.push(Finding::mean(format!("{subject}, blurred"), &found[i], expected_blurred[i]));
         let estimate = Estimate::from_moments(&found[i]).expect("there are two replicates or more");
-        findings.push(Finding::equivalent(subject, &estimate, &Estimate::exact(exact[i]), 0.02));
+        findings.push(Finding::equivalent(
+            subject,
+            &estimate,
+            &Estimate::exact(exact[i]),
+            effort.bound(REPLICATES, 0.02),
+        ));
     }
     findings
 }

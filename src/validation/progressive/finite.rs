@@ -250,9 +250,10 @@ fn pixels(effort: Effort) -> Vec<Finding> {
             findings.push(given.bias(&format!("{name}, {n} passes")));
             findings.push(given.variance(&format!("{name}, {n} passes")));
             let last: Moments = found.iter().map(|image| image[4]).collect();
+            let bound = effort.bound(1024 / n, 0.02);
             let last = Estimate::from_moments(&last).expect("there are two images or more");
             let expected_last = Estimate::exact(expected_squares[n as usize]);
-            findings.push(Finding::equivalent(format!("{name}, r² after {n} passes"), &last, &expected_last, 0.02));
+            findings.push(Finding::equivalent(format!("{name}, r² after {n} passes"), &last, &expected_last, bound));
             points.push(n, &[given.errors, given.squares], given.expected.0, expected);
         }
         findings.extend(points.slopes(&name, alpha));

@@ -39,6 +39,7 @@ fn scene(schedule: &str) -> Renderer {
 }
 
 fn seen_through(effort: Effort) -> Vec<Finding> {
+    const IMAGES: u32 = 26;
     let mut findings = Vec::new();
     for (which, schedule) in [PER_PASS, PER_PIXEL].into_iter().enumerate() {
         let renderer = scene(schedule);
@@ -49,7 +50,7 @@ fn seen_through(effort: Effort) -> Vec<Finding> {
             let shown: Vec<_> = film.means().into_iter().map(Rgb::from_array).collect();
             pane::band_means(&shown, &pixels)
         };
-        let found: Vec<_> = (0..effort.samples(26)).into_par_iter().map(image).collect();
+        let found: Vec<_> = (0..effort.samples(IMAGES)).into_par_iter().map(image).collect();
         let radii: Vec<_> =
             squares_of_passes(ALPHA).take(PASSES as usize).map(|squared| RADIUS * squared.sqrt()).collect();
         let blurred = pane::expected(&pixels, pane::blurred(Kernel::Epanechnikov, &radii, &pixels));
@@ -62,7 +63,12 @@ fn seen_through(effort: Effort) -> Vec<Finding> {
                 findings.push(Finding::mean(format!("{subject}, blurred"), &moments, blurred[i]));
             }
             let estimate = Estimate::from_moments(&moments).expect("there are two images or more");
-            findings.push(Finding::equivalent(subject, &estimate, &Estimate::exact(exact[i]), 0.02));
+            findings.push(Finding::equivalent(
+                subject,
+                &estimate,
+                &Estimate::exact(exact[i]),
+                effort.bound(IMAGES, 0.02),
+            ));
         }
     }
     findings

@@ -1,0 +1,165 @@
+//! A run by groups: the first parts of the names of its laws.
+
+use crate::{
+    law::Measured,
+    validation::{Evidence, Row},
+};
+
+/// The laws whose names begin alike, in numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GroupSummary {
+    /// The first part of the names.
+    pub name: String,
+    /// How many findings there are.
+    pub rows: usize,
+    /// How many of them do not hold.
+    pub failed: usize,
+    /// The largest error over its bound; None if nothing has a bound.
+    pub worst_error: Option<f64>,
+    /// The smallest p-value over the level at which it would fail; None if there are no tests.
+    pub worst_test: Option<f64>,
+    /// The largest relative bias that a test of means needs to be sure to detect it; None without such tests.
+    pub detectable_bias: Option<f64>,
+    /// The widest bound of equivalence, relative; None if nothing is held to one.
+    pub equivalence_bound: Option<f64>,
+    /// The seconds of its laws.
+    pub seconds: f64,
+}
+
+impl GroupSummary {
+    /// The groups of a run in the order of their first rows.
+    #[must_use]
+    pub fn all(evidence: &Evidence) -> Vec<Self> {
+        let mut groups: Vec<Self> = Vec::new();
+        for row in &evidence.rows {
+            let name = group_of(&row.name);
+            let known = groups.iter().position(|group| group.name == name).unwrap_or_else(|| {
+                groups.push(Self::empty(name));
+                groups.len() - 1
+            });
+            groups[known].add(row);
+        }
+        for group in &mut groups {
+            let times = evidence.times.iter().filter(|time| group_of(&time.name) == group.name);
+            group.seconds = times.map(|time| time.seconds).sum();
+        }
+        groups
+    }
+
+    fn empty(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            rows: 0,
+            failed: 0,
+            worst_error: None,
+            worst_test: None,
+            detectable_bias: None,
+            equivalence_bound: None,
+            seconds: 0.0,
+        }
+    }
+
+    fn add(&mut self, row: &Row) {
+        let raise = |known: &mut Option<f64>, x: f64| *known = Some(known.map_or(x, |known| known.max(x)));
+        self.rows += 1;
+        self.failed += usize::from(!row.passed);
+        match row.finding.measured {
+            Measured::Value { .. } => raise(&mut self.worst_error, severity(row)),
+            Measured::Equivalence { bound, .. } => {
+                raise(&mut self.worst_error, severity(row));
+                raise(&mut self.equivalence_bound, bound);
+            }
+            Measured::Test { p, .. } => {
+                let ratio = p / row.level;
+                self.worst_test = Some(self.worst_test.map_or(ratio, |known| known.min(ratio)));
+            }
+        }
+        if let Some(bias) = row.detectable_bias {
+            raise(&mut self.detectable_bias, bias);
+        }
+    }
+}
+
+/// The first part of a law's name.
+pub(super) fn group_of(name: &str) -> &str {
+    name.split('/').next().unwrap_or_default()
+}
+
+/// How close a finding comes to failing: 1 is the edge, for values and tests alike.
+pub(super) fn severity(row: &Row) -> f64 {
+    let over = |error: f64, bound: f64| if error == 0.0 { 0.0 } else { error / bound };
+    let ratio = match &row.finding.measured {
+        Measured::Value { value, expected, bound } => over((value - expected).abs(), *bound),
+        Measured::Equivalence { limit, bound } => over(*limit, *bound),
+        Measured::Test { p, .. } => row.level / p,
+    };
+    if ratio.is_nan() { f64::INFINITY } else { ratio }
+}
+
+/// What a run could have detected, sentence by sentence.
+#[must_use]
+pub fn power(evidence: &Evidence) -> Vec<String> {
+    let groups = GroupSummary::all(evidence);
+    let percent = super::number::percent;
+    let largest = |of: fn(&GroupSummary) -> Option<f64>| groups.iter().filter_map(of).reduce(f64::max);
+    let biases = evidence.rows.iter().filter_map(|row| row.detectable_bias).collect::<Vec<_>>();
+    let scenes = evidence.scenes.iter().filter_map(|scene| scene.comparison.verdict.as_ref());
+    let of_scenes = scenes.filter_map(|verdict| verdict.global.worst_detectable_bias).reduce(f64::max);
+    let mut sentences = Vec::new();
+    if let Some(bias) = of_scenes {
+        let target = evidence.effort.verdict().target_bias;
+        sentences.push(format!(
+            "On every scene a bias of {} in the mean of a channel would have been detected; {} was required.",
+            percent(bias),
+            percent(target)
+        ));
+    }
+    if let Some(worst) = largest(|group| group.detectable_bias) {
+        sentences.push(format!(
+            "The {} tests of means would have detected a bias of {} in the median, and {} in the worst case.",
+            biases.len(),
+            percent(median(biases)),
+            percent(worst)
+        ));
+    }
+    if let Some(bound) = largest(|group| group.equivalence_bound) {
+        sentences
+            .push(format!("Biased estimates were shown to be equivalent within bounds of at most {}.", percent(bound)));
+    }
+    sentences
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{super::sample, *};
+
+    #[test]
+    fn groups_hold_the_worst_of_their_rows() {
+        let mut evidence = sample::failing();
+        evidence.rows.push(sample::equivalent("bsdf/albedo", 0.015, 0.02));
+        evidence.rows[1].detectable_bias = Some(0.03);
+        let groups = GroupSummary::all(&evidence);
+        let names: Vec<_> = groups.iter().map(|group| (group.name.as_str(), group.rows, group.failed)).collect();
+        assert_eq!(names, [("fresnel", 1, 0), ("bsdf", 3, 1)]);
+        assert_eq!((groups[0].worst_error, groups[0].worst_test, groups[0].seconds), (Some(0.0), None, 0.25));
+        assert_eq!((groups[1].worst_error, groups[1].worst_test, groups[1].seconds), (Some(0.75), Some(0.0), 1.5));
+        assert_eq!((groups[1].detectable_bias, groups[1].equivalence_bound), (Some(0.03), Some(0.02)));
+        let said = power(&evidence).join(" ");
+        for bound in ["a bias of 3", "bounds of at most 2", "0.5\u{202f}% was required"] {
+            assert!(said.contains(bound), "{said}");
+        }
+    }
+
+    #[test]
+    fn zero_over_zero_is_no_failure() {
+        let mut row = sample::equivalent("a/b", 0.0, 0.0);
+        assert_eq!(severity(&row), 0.0);
+        row.finding.measured = Measured::Value { value: f64::NAN, expected: 0.0, bound: 1.0 };
+        assert_eq!(severity(&row), f64::INFINITY);
+    }
+}
