@@ -294,6 +294,18 @@ mod tests {
     }
 
     #[test]
+    fn the_studies_of_the_project_are_read() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/studies");
+        let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let studies: Vec<_> =
+            files.filter(|file| file.extension().is_some_and(|extension| extension == "toml")).collect();
+        assert!(studies.len() > 5);
+        for file in studies {
+            Study::read(&file).unwrap();
+        }
+    }
+
+    #[test]
     fn what_is_wrong_is_refused_with_its_place() {
         let cases = [
             ("seeds = 8", "seeds = 0", "s.toml:3:9: seeds is 0; write 1 to 1024"),

@@ -64,6 +64,7 @@ fn plain(path: &Path) -> PathBuf {
 #[serde(deny_unknown_fields)]
 pub(super) struct StudySpec {
     pub(super) title: String,
+    #[serde(rename = "about")]
     pub(super) description: String,
     /// Independent runs of a cell.
     pub(super) seeds: Spanned<u32>,
