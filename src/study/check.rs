@@ -227,12 +227,12 @@ fn check_fit(study: &Study, fit: &Spanned<FitSpec>) -> Result<(), StudyError> {
 fn check_contest(study: &Study, comparison: &Spanned<ComparisonSpec>) -> Result<(), StudyError> {
     let (at, comparison) = (comparison.span().start, comparison.as_ref());
     names(study, &comparison.scenes, study.spec.scenes.as_ref().iter().map(SceneSpec::name), "scene")?;
-    for name in comparison.methods.as_ref().iter().chain(&comparison.lower) {
+    for name in comparison.methods.as_ref().iter().chain(&comparison.expected_lower) {
         if !study.spec.methods.as_ref().iter().any(|method| method.name.as_ref() == name) {
             return Err(study.fault(at, format!("no method is called \"{name}\"")));
         }
     }
-    if let Some(lower) = &comparison.lower
+    if let Some(lower) = &comparison.expected_lower
         && !comparison.methods.as_ref().contains(lower)
     {
         return Err(study.fault(at, format!("lower = \"{lower}\" is none of the two methods")));

@@ -332,7 +332,8 @@ pub(super) struct ComparisonSpec {
     /// Where they are compared; the geometric middle of what both cover, if it is not given.
     pub(super) at: Option<f64>,
     /// Predicts which is the lower there.
-    pub(super) lower: Option<String>,
+    #[serde(rename = "lower")]
+    pub(super) expected_lower: Option<String>,
 }
 
 fn mse() -> Quantity {

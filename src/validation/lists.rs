@@ -88,7 +88,10 @@ mod tests {
     fn sources(folder: &Path) -> Vec<PathBuf> {
         let entries =
             fs::read_dir(folder).expect("the sources are there").map(|entry| entry.expect("it can be read").path());
-        entries.flat_map(|path| if path.is_dir() { sources(&path) } else { vec![path] }).collect()
+        entries
+            .flat_map(|path| if path.is_dir() { sources(&path) } else { vec![path] })
+            .filter(|path| path.extension().is_some_and(|extension| extension == "rs"))
+            .collect()
     }
 
     /// The names of the laws that a source file defines.

@@ -165,7 +165,7 @@ mod tests {
 
     #[test]
     fn interpolants_go_through_smooth_functions() {
-        let interpolant = Interpolant::new(|x| [x.exp(), 1.0 / (4.0 + x * x)], [-0.5, 2.0], 20);
+        let interpolant = Interpolant::new(|x| [x.exp(), 1.0 / (4.0 + x * x)], [-0.5, 2.0], 30);
         for x in [-0.5, -0.1, 0.75, 1.3, 2.0_f64] {
             let [exp, bell] = interpolant.at(x);
             assert!((exp - x.exp()).abs() < 1e-13 && (bell - 1.0 / (4.0 + x * x)).abs() < 1e-12, "{x}: {exp}, {bell}");
