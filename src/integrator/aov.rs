@@ -11,7 +11,7 @@ use crate::{
     scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError, manual},
 };
 
-/// Layers that show what the first surface is like, beside the image of another integrator if there is one inside.
+/// Layers of properties of the first surface, beside the image of another integrator if one is nested inside.
 /// Each is the mean over the pixel's samples, of 0 where there is no surface. `wireframe` is 1 within half
 /// a pixel of an edge of a triangle of a mesh, so that the edges between triangles are lines as wide as a pixel, and 0
 /// elsewhere; operands of a csg show none.
@@ -35,7 +35,7 @@ enum Quantity {
     SampleCount,
 }
 
-/// The one list of what a layer can show: the word in `aovs`, and the channels.
+/// All quantities: the word in `aovs`, and the channels.
 const QUANTITIES: [(&str, Quantity, &[&str]); 10] = [
     ("depth", Quantity::Depth, &["T"]),
     ("position", Quantity::Position, &["X", "Y", "Z"]),

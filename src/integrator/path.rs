@@ -16,11 +16,11 @@ use crate::{
 };
 
 /// Path tracing with next event estimation and multiple importance sampling by the power heuristic, the same
-/// estimator as Mitsuba's `path`. Paths `L(S|D)*E`, but light from a point or a direction only where the vertex next
-/// to it is not a mirror or glass.
+/// estimator as Mitsuba's `path`. It finds the paths `L(S|D)*E`. Light of delta emitters (points, spots, directions) is
+/// missing where the vertex next to the emitter is a mirror or glass.
 ///
 /// With `transparent_shadows`, which is not physical, light reaches a surface straight through glass, weighted by the
-/// transmittance at every face; what paths find through the same glass on their bent ways is left out instead.
+/// transmittance at every face. Paths that are refracted by the same glass then leave this light out.
 #[derive(Clone, Debug)]
 pub struct Path {
     limits: PathLimits,

@@ -17,11 +17,11 @@ use crate::{
     transport::{CameraPath, LightVertex, PathLimits, shading_normal_correction, trace_light_path},
 };
 
-/// Light tracing: paths start at the lights, and each of their vertices is connected with the sensor. One such path for
-/// each sample of each pixel; it shows `L(S|D)*DE`, and lights themselves, `LE`, by a ray of the pixel's own. What a
-/// mirror or glass shows to the sensor stays black, for no connection finds it. Surfaces that glow are seen, and light nothing.
+/// Light tracing: paths start at the emitters, and each of their vertices is connected with the camera. Each sample of each
+/// pixel traces one such path. They show `L(S|D)*DE`; the camera ray of the pixel shows emitters, `LE`. Mirrors and glass look
+/// black, because a connection cannot hit a delta lobe. Self-emission of materials is visible but lights nothing.
 ///
-/// It is the adjoint of [`Path`](super::Path), and good at what that is bad at: caustics, of points above all.
+/// It is the adjoint of [`Path`](super::Path), and strong where that is weak: at caustics, above all those of point lights.
 #[derive(Clone, Debug)]
 pub struct ParticleTracer {
     limits: PathLimits,
@@ -33,7 +33,7 @@ impl Described for ParticleTracer {
         category: Category::Integrator,
         manual: manual!("ptracer.rs": "ParticleTracer"),
         name: "ptracer",
-        summary: "Light tracing: paths from the lights, connected with the sensor.",
+        summary: "Light tracing: paths from the emitters, connected with the camera.",
         params: &[MAX_DEPTH, RR_DEPTH, HIDE_EMITTERS],
         examples: &[r#"<integrator type="ptracer"><integer name="max_depth" value="8"/></integrator>"#],
         evidence: &["light-tracing/*"],

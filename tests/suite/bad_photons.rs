@@ -59,7 +59,10 @@ fn parameters_that_are_wrong() {
         ),
         (
             "one",
-            faulty(&integer("lookup_size", "1"), &["\"lookup_size\" is 1; must be 2 or more, for the farthest photon"]),
+            faulty(
+                &integer("lookup_size", "1"),
+                &["\"lookup_size\" is 1; must be 0, or 2 or more: the farthest photon"],
+            ),
         ),
         ("fewer", faulty(&integer("lookup_size", "-1"), &["\"lookup_size\" is -1; must be a number from 0"])),
         ("radius 0", faulty(&radius("0"), &["\"caustic_lookup_radius\" is 0; must be a number above 0"])),
@@ -77,7 +80,7 @@ fn parameters_that_are_wrong() {
             "deep",
             faulty(
                 &integer("max_depth", "5000"),
-                &["\"max_depth\" is 5000; must be at most 1023 for a photon mapper, or -1"],
+                &["\"max_depth\" is 5000; must be at most 1023 for a photon integrator, or -1"],
             ),
         ),
     ]);
@@ -168,16 +171,16 @@ fn scenes_that_photons_cannot_treat() {
             "mirrors",
             of(
                 &[&photons, SENSOR, BULB, MIRROR],
-                &["\"photonmapper\" cannot treat this scene: no surface can keep a photon"],
+                &["\"photonmapper\" cannot treat this scene: no surface can store a photon"],
             ),
         ),
-        ("wrapped", of(&[&wrapped, SENSOR, BULB, MIRROR], &["cannot treat this scene: no surface can keep a photon"])),
-        ("nothing", of(&[&photons, SENSOR, BULB], &["no surface can keep a photon"])),
+        ("wrapped", of(&[&wrapped, SENSOR, BULB, MIRROR], &["cannot treat this scene: no surface can store a photon"])),
+        ("nothing", of(&[&photons, SENSOR, BULB], &["no surface can store a photon"])),
         (
             "progressive, mirrors",
-            of(&[passes, SENSOR, BULB, MIRROR], &["\"sppm\" cannot treat this scene: no surface can keep a photon"]),
+            of(&[passes, SENSOR, BULB, MIRROR], &["\"sppm\" cannot treat this scene: no surface can store a photon"]),
         ),
-        ("progressive, nothing", of(&[passes, SENSOR, BULB], &["no surface can keep a photon"])),
+        ("progressive, nothing", of(&[passes, SENSOR, BULB], &["no surface can store a photon"])),
         ("progressive, sun over a plane", of(&[passes, SENSOR, SUN, plane], ENDLESS)),
         ("progressive, sky over a plane", of(&[passes, SENSOR, SKY, plane], ENDLESS)),
         ("sky over a plane", of(&[tracer, SENSOR, SKY, plane], ENDLESS)),
@@ -188,7 +191,7 @@ fn scenes_that_photons_cannot_treat() {
             "too much light",
             of(
                 &[&photons, SENSOR, STRONG, stronger, BALL],
-                &["its lights emit 1.257e43 W, and photons are made for 1e-24 to 1e34 W in all"],
+                &["its emitters emit 1.257e43 W in total; photons can store 1e-24 to 1e34 W"],
             ),
         ),
     ]);

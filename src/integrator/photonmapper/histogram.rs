@@ -6,8 +6,8 @@ use crate::{
     transport::{PathClass, ShadingPoint},
 };
 
-/// From where the photons around a place came: a density of directions to gather from. The unit square, which the
-/// hemisphere is an image of by cosines, is cut into cells, each drawn in proportion to the power of its photons.
+/// A density of directions in proportion to the power that nearby photons brought from them. The unit square, mapped to the
+/// cosine-weighted hemisphere, is divided into cells; each is sampled in proportion to the power of its photons.
 /// Jensen 1995, "Importance Driven Path Tracing using the Photon Map".
 pub(super) struct DirectionHistogram {
     /// The cells by the power of their photons.
@@ -20,7 +20,7 @@ const ROWS: usize = 4;
 const CELLS: usize = ROWS * ROWS;
 
 impl DirectionHistogram {
-    /// The guide of a place; None if no indirect photon is near it.
+    /// The histogram at a point; None if no indirect photon is near it.
     pub(super) fn new(lookup: &MapLookup<'_>, gather_point: &GatherPoint, point: &ShadingPoint<'_>) -> Option<Self> {
         let side = if cos_theta(point.query.wi) < 0.0 { -1.0 } else { 1.0 };
         let mut powers = [0.0; CELLS];
