@@ -8,13 +8,15 @@ mod catalogue;
 mod described;
 mod edit;
 mod error;
+mod fault;
 mod manual;
 mod mesh;
 pub mod mitsuba;
 mod number;
-mod spelling;
+mod page;
 mod params;
 mod plugin;
+mod spelling;
 mod transform;
 pub mod xml;
 

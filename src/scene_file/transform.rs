@@ -1,6 +1,6 @@
 use glam::{DAffine3, DMat3, DVec3};
 
-use super::xml::fault::ParseFault;
+use super::fault::ParseFault;
 use crate::math::Frame;
 
 /// An affine map that is built step by step, for a parameter such as `to_world` of a scene built in code.

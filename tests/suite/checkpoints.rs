@@ -427,8 +427,8 @@ fn headers_are_believed_only_as_far_as_the_file_goes() {
     let cases = [
         (r#""width":3"#, r#""width":4294967295"#),
         (r#""width":3"#, r#""width":0"#),
-        (r#""state":0"#, r#""state":18446744073709551615"#),
-        (r#""state":0"#, r#""state":1"#),
+        (r#""pixel_radii":0"#, r#""pixel_radii":18446744073709551615"#),
+        (r#""pixel_radii":0"#, r#""pixel_radii":1"#),
         (r#""has_splats":false"#, r#""has_splats":true"#),
         (r#""taken":[[2,5]]"#, r#""taken":[[2,6]]"#),
         (r#""taken":[[2,5]]"#, r#""taken":[[5,2]]"#),

@@ -410,7 +410,7 @@ fn small_root() -> Folder {
 #[test]
 fn verify_ends_with_0_1_or_2() {
     let folder = small_root();
-    let verify = |only: &str| run(&mut folder.etendue(&format!("verify --only {only}")));
+    let verify = |only: &str| run(&mut folder.etendue(&format!("verify --verbose --only {only}")));
     let said = verify("reference/*");
     assert_eq!(said.code, Some(0), "{}{}", said.out, said.err);
     assert!(said.out.contains("holds  reference/depth-crop") && said.out.contains("1 rows, 0 failed"), "{}", said.out);

@@ -19,7 +19,7 @@ fn room() -> String {
 
 const STUDY: &str = r#"
 title = "A small study"
-description = "The error of independent samples falls as one over the root of their number."
+about = "The error of independent samples falls as one over the root of their number."
 seeds = 8
 [[scene]]
 name = "room"

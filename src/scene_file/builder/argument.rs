@@ -3,11 +3,7 @@ use std::{path::Path, sync::Arc};
 use glam::{DAffine3, DVec3};
 
 use super::{ObjectBuilder, Reference};
-use crate::scene_file::{
-    MeshArrays, Spectrum, Transform, Value,
-    transform::regular,
-    xml::{fault::ParseFault, values},
-};
+use crate::scene_file::{MeshArrays, Spectrum, Transform, Value, fault::ParseFault, transform::regular, xml::values};
 
 /// The value of a parameter. It is made from
 ///

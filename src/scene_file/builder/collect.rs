@@ -10,10 +10,8 @@ use super::{
 };
 use crate::scene_file::{
     Category, Document, ObjectId, SceneError, SourceLocation, Value,
-    xml::{
-        fault::{Faults, ParseFault},
-        refs::{self, Draft, DraftObject, DraftValue, Ids},
-    },
+    fault::{Faults, ParseFault},
+    xml::refs::{self, Draft, DraftObject, DraftValue, Ids},
 };
 
 /// Lays out nested objects one after the other, each before those in it, as the reader of scene files does.

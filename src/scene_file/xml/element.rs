@@ -4,11 +4,8 @@ use roxmltree::Node;
 
 use crate::scene_file::{SourceLocation, closest};
 
-use super::{
-    fault::{Faults, ParseFault},
-    params::Parameters,
-    source::SourceText,
-};
+use super::{params::Parameters, source::SourceText};
+use crate::scene_file::fault::{Faults, ParseFault};
 
 /// An element with its parameters substituted.
 pub(super) struct Element<'a> {

@@ -1,4 +1,5 @@
-use super::{fault::ParseFault, limit};
+use super::limit;
+use crate::scene_file::fault::ParseFault;
 
 /// What a text may still hold.
 #[derive(Clone, Copy)]

@@ -6,12 +6,12 @@ use crate::scene_file::{Spectrum, Value};
 
 use super::{
     element::Element,
-    fault::ParseFault,
     limit,
     reader::{File, OpenFile, Outer, Parent, Reader, Spot},
     refs::DraftValue,
     source::{self, SourceText},
 };
+use crate::scene_file::fault::ParseFault;
 
 impl Reader {
     /// Adds a folder where files are looked for.

@@ -36,7 +36,6 @@
 //! an included file names them. A `<path>` is honoured by rewriting `filename`: it comes before the scene's folder.
 
 mod element;
-pub(super) mod fault;
 mod guard;
 mod include;
 mod params;
@@ -79,10 +78,6 @@ mod limit {
     pub(super) const SUBSTITUTED: usize = 64 << 20;
     /// Bytes of a parameter's name.
     pub(super) const PARAMETER_NAME: usize = 64;
-    /// Faults that are reported.
-    pub(super) const FAULTS: usize = 50;
-    /// Bytes that a message may have before its middle is left out.
-    pub(super) const MESSAGE: usize = 400;
 }
 
 /// Reads a scene file and all it includes.

@@ -3,8 +3,9 @@ use std::{
     collections::{BTreeSet, HashMap},
 };
 
-use super::{fault::ParseFault, limit};
+use super::limit;
 use crate::scene_file::closest;
+use crate::scene_file::fault::ParseFault;
 
 /// The parameters of a scene, `$name` in its attributes. Whoever defines one first wins: the command line comes before
 /// every `<default>`.

@@ -5,12 +5,12 @@ use crate::scene_file::{Spectrum, Value, closest, transform::regular};
 
 use super::{
     element::Element,
-    fault::ParseFault,
     reader::{File, Parent, Reader},
     refs::DraftValue,
     transform::{self, OPERATIONS},
     values,
 };
+use crate::scene_file::fault::ParseFault;
 
 impl Reader {
     /// Reads a value other than a transform.

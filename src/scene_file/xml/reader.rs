@@ -10,7 +10,6 @@ use crate::scene_file::{Category, Document, ObjectId, SceneError, SourceLocation
 
 use super::{
     element::Element,
-    fault::{Faults, ParseFault},
     guard::{self, Limits},
     limit,
     params::Parameters,
@@ -19,6 +18,7 @@ use super::{
     transform::OPERATIONS,
     upgrade,
 };
+use crate::scene_file::fault::{Faults, ParseFault};
 
 /// The elements that hold a value.
 const PROPERTIES: [&str; 9] =

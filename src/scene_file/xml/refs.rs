@@ -2,10 +2,8 @@ use std::{collections::HashMap, path::PathBuf, sync::Arc};
 
 use crate::scene_file::{Category, Object, ObjectId, Property, SourceLocation, Value, closest};
 
-use super::{
-    fault::{Faults, ParseFault},
-    limit,
-};
+use super::limit;
+use crate::scene_file::fault::{Faults, ParseFault};
 
 /// An object whose references are not resolved yet.
 pub(in crate::scene_file) struct DraftObject {

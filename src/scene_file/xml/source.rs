@@ -2,7 +2,8 @@ use std::{cell::Cell, fs, io::Read, path::Path, sync::Arc};
 
 use crate::scene_file::{Diagnostic, SourceLocation};
 
-use super::{fault::ParseFault, limit};
+use super::limit;
+use crate::scene_file::fault::ParseFault;
 
 /// Reads a file of at most `limit` bytes; messages call it `name`.
 pub(super) fn load(path: &Path, name: &str, limit: usize) -> Result<String, Diagnostic> {

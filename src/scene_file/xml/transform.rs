@@ -4,9 +4,9 @@ use crate::scene_file::transform::{look_at, rotation};
 
 use super::{
     element::Element,
-    fault::ParseFault,
     values::{COORDINATES, coordinates, finite, numbers, triple},
 };
+use crate::scene_file::fault::ParseFault;
 
 /// The elements that stand inside a `<transform>`.
 pub(super) const OPERATIONS: [&str; 5] = ["translate", "rotate", "scale", "lookat", "matrix"];

@@ -7,10 +7,8 @@ use glam::{DAffine3, DVec3};
 
 use crate::scene_file::{SourceLocation, Value, transform::regular};
 
-use super::{
-    fault::ParseFault,
-    refs::{Draft, DraftValue},
-};
+use super::refs::{Draft, DraftValue};
+use crate::scene_file::fault::ParseFault;
 
 /// What a property of an old file is called now, in a plugin.
 pub(super) fn rename<'a>(plugin: &str, name: &'a str) -> Cow<'a, str> {

@@ -2,7 +2,8 @@ use glam::DVec3;
 
 use crate::scene_file::{Spectrum, whole_number};
 
-use super::{element::Element, fault::ParseFault};
+use super::element::Element;
+use crate::scene_file::fault::ParseFault;
 
 /// What a message says about numbers.
 const NUMBER: &str = "write a number like 1, -0.5 or 2e-3";

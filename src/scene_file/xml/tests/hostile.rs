@@ -119,7 +119,7 @@ fn chains_of_references() {
 #[test]
 fn many_faults() {
     let message = refused_at_once(scene(&"<float name=\"a\" value=\"x\"/>\n".repeat(100_000)));
-    assert_eq!(message.lines().count(), limit::FAULTS + 1);
+    assert_eq!(message.lines().count(), crate::scene_file::fault::MAX_FAULTS + 1);
     assert_eq!(message.lines().last(), Some("more than 50 faults: the rest is not shown"));
 }
 
