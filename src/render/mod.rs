@@ -3,6 +3,7 @@
 pub mod checkpoint;
 pub mod drive;
 pub mod laws;
+pub mod reach;
 
 use std::{borrow::Cow, ops::Range};
 
