@@ -47,9 +47,14 @@ fn duration(text: &str) -> Result<Duration, String> {
 }
 
 fn error(text: &str) -> Result<f64, String> {
-    let (number, unit) = text.strip_suffix('%').map_or((text, 1.0), |number| (number, 0.01));
-    let value = number.trim().parse::<f64>().ok().map(|number| number * unit);
-    value.filter(|value| value.is_finite() && *value > 0.0).ok_or_else(|| "write it as 1% or 0.01".into())
+    let percent = text.strip_suffix('%');
+    let number = percent.unwrap_or(text).trim().parse().ok().filter(|x: &f64| x.is_finite() && *x > 0.0);
+    match (number, percent) {
+        (None, _) => Err("write it as 1% or 0.01".into()),
+        (Some(number), Some(_)) => Ok(0.01 * number),
+        (Some(number), None) if number < 1.0 => Ok(number),
+        (Some(number), None) => Err(format!("{number} is {} %; write {number}% or {}", 100.0 * number, 0.01 * number)),
+    }
 }
 
 fn shard(text: &str) -> Result<Shard, String> {
@@ -75,6 +80,15 @@ impl CheckpointOptions {
     /// What to go on from.
     pub(super) fn resumed(&self) -> anyhow::Result<Option<Checkpoint>> {
         Ok(self.resume.as_deref().map(Checkpoint::read).transpose()?)
+    }
+
+    /// Makes sure that the samples of a shard are not lost.
+    pub(super) fn check_shard(&self) -> anyhow::Result<()> {
+        anyhow::ensure!(
+            self.shard.is_none() || self.file().is_some(),
+            "--shard: etendue merge needs a checkpoint of each part, an image will not do; give --checkpoint FILE"
+        );
+        Ok(())
     }
 
     /// Which samples are asked for.
@@ -124,6 +138,8 @@ mod tests {
         for text in ["0", "-1%", "nan", "inf", "%", "one"] {
             assert!(error(text).is_err(), "{text}");
         }
+        assert_eq!(error("2"), Err("2 is 200 %; write 2% or 0.02".into()));
+        assert_eq!((error("1").is_err(), error("200%")), (true, Ok(2.0)));
     }
 
     #[test]

@@ -1,3 +1,5 @@
+mod next;
+
 use std::{
     path::{Path, PathBuf},
     process::ExitCode,
@@ -11,6 +13,7 @@ use etendue::{
     stats::{Outcome, Verdict},
 };
 
+use self::next::Sides;
 use super::{FAILED, say};
 
 /// Tells whether two images are estimates of the same picture.
@@ -36,14 +39,15 @@ pub(crate) struct Compare {
 
 impl Compare {
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
-        let test = ImageEstimate::of_image(&self.test.display().to_string(), &exr::read(&self.test)?)?;
-        let (comparison, reference) = if self.reference.is_dir() {
+        let test_image = exr::read(&self.test)?;
+        let test = ImageEstimate::of_image(&self.test.display().to_string(), &test_image)?;
+        let (comparison, reference, reference_image) = if self.reference.is_dir() {
             let reference = Reference::load(&self.reference)?;
-            (comparison::with_reference(&test, &reference)?, reference.pixels)
+            (comparison::with_reference(&test, &reference)?, reference.pixels, None)
         } else {
-            let reference =
-                ImageEstimate::of_image(&self.reference.display().to_string(), &exr::read(&self.reference)?)?;
-            (comparison::with_image(&test, &reference)?, reference.pixels)
+            let image = exr::read(&self.reference)?;
+            let reference = ImageEstimate::of_image(&self.reference.display().to_string(), &image)?;
+            (comparison::with_image(&test, &reference)?, reference.pixels, Some(image))
         };
         if let Some(folder) = &self.pictures {
             write_pictures(folder, &test, &reference, &comparison)?;
@@ -52,6 +56,9 @@ impl Compare {
             say(serde_json::to_string_pretty(&comparison)?)?;
         } else {
             print(&comparison)?;
+            let sides =
+                Sides { files: [&self.test, &self.reference], images: [Some(&test_image), reference_image.as_ref()] };
+            next::step(&comparison, &sides).map_or(Ok(()), |next| say(format_args!("next: {next}")))?;
         }
         let agrees = matches!(&comparison.verdict, Some(verdict) if verdict.outcome == Outcome::Agrees);
         Ok(if agrees || comparison.identical { ExitCode::SUCCESS } else { ExitCode::from(FAILED) })
@@ -60,20 +67,48 @@ impl Compare {
 
 fn print(comparison: &Comparison) -> anyhow::Result<()> {
     let m = &comparison.metrics;
+    let relative = if m.reference_mean == 0.0 {
+        String::new()
+    } else {
+        format!(" ({})", signed_percent(m.bias / m.reference_mean.abs()))
+    };
     say(format_args!(
-        "mean {:.6} (reference {:.6}), bias {:+.3e}, RMSE {:.4e}, relative MSE {:.4e}",
-        m.mean, m.reference_mean, m.bias, m.rmse, m.relative_mse
+        "means           test {:.6}, reference {:.6}, bias {}{relative}",
+        m.mean,
+        m.reference_mean,
+        signed(m.bias)
     ))?;
+    say(format_args!("errors          RMSE {}, relative MSE {}", plain(m.rmse), plain(m.relative_mse)))?;
     if let Some(verdict) = &comparison.verdict {
         print_verdict(verdict)?;
     }
     say(comparison.conclusion())
 }
 
+/// A number with four digits, and 0 as such.
+fn plain(x: f64) -> String {
+    if x == 0.0 { "0".into() } else { format!("{x:.3e}") }
+}
+
+/// The same with its sign.
+fn signed(x: f64) -> String {
+    if x == 0.0 { "0".into() } else { format!("{x:+.3e}") }
+}
+
+fn signed_percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    // What would be rounded to nothing has its order of magnitude.
+    match percent.abs() {
+        0.0 => "0 %".into(),
+        0.0..0.0005 => format!("{percent:+.1e} %"),
+        _ => format!("{percent:+.3} %"),
+    }
+}
+
 fn print_verdict(verdict: &Verdict) -> anyhow::Result<()> {
-    let percent = |x: Option<f64>| x.map_or("-".into(), |x| format!("{:+.3} %", 100.0 * x));
+    let percent = |x: Option<f64>| x.map_or("-".into(), signed_percent);
     let differences = verdict.global.relative_difference.map(percent).join(", ");
-    say(format_args!("global means    p = {:.4}   differences {differences}", verdict.global.p))?;
+    say(format_args!("channel means   p = {:.4}   differences of R, G, B: {differences}", verdict.global.p))?;
     say(format_args!("worst tile      p = {:.4}   of {} tests", verdict.peak.p, verdict.peak.tests))?;
     say(format_args!(
         "all tiles       p = {:.4}   chi² {:.1} of {} dof",
@@ -81,14 +116,19 @@ fn print_verdict(verdict: &Verdict) -> anyhow::Result<()> {
     ))?;
     if let Some(exact) = &verdict.deterministic {
         say(format_args!(
-            "exact values    worst {:.2e}, allowed {:.0e}, of {}",
-            exact.worst_relative, exact.tolerance, exact.compared
+            "exact values    worst {}, allowed {:.0e}, of {}",
+            plain(exact.worst_relative),
+            exact.tolerance,
+            exact.compared
         ))?;
     }
-    say(format_args!(
-        "would have seen a bias of {} in the worst channel",
-        percent(verdict.global.worst_detectable_bias)
-    ))
+    match verdict.global.worst_detectable_bias {
+        Some(bias) => say(format_args!(
+            "power           a bias of {:.3} % or more in any channel would have been seen",
+            100.0 * bias
+        )),
+        None => Ok(()),
+    }
 }
 
 fn write_pictures(

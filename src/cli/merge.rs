@@ -3,7 +3,7 @@ use std::{path::PathBuf, process::ExitCode};
 use clap::Args;
 use etendue::render::checkpoint::Checkpoint;
 
-use super::{check_writable, outputs::Picture};
+use super::{check_writable, outputs::Picture, say};
 
 /// Adds the samples of several checkpoints of one render.
 ///
@@ -44,7 +44,7 @@ impl Merge {
         if let Some(outputs) = outputs {
             let mut image = merged.film.image();
             image.attributes = merged.record.header();
-            outputs.write(&image)?;
+            outputs.write(&mut image)?.map_or(Ok(()), say)?;
         }
         Ok(ExitCode::SUCCESS)
     }

@@ -9,6 +9,7 @@ mod numbers;
 mod outputs;
 mod photons;
 mod plugins;
+mod progress;
 mod render;
 mod source;
 mod study;

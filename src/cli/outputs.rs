@@ -2,8 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
-use etendue::film::{Film, Image, LayerSpec, exr, picture};
+use clap::{Args, ValueEnum};
+use etendue::film::{
+    Film, Image, LayerSpec, exr,
+    picture::{self, ToneCurve},
+};
 
 use super::check_writable;
 
@@ -16,9 +19,28 @@ pub(super) struct Picture {
     /// Show this layer in the picture instead of the image, such as caustic or raw of a photon mapper.
     #[arg(long, value_name = "NAME", requires = "png")]
     layer: Option<String>,
-    /// The exposure of the picture in stops [default: automatic].
+    /// The exposure of the picture in stops [default: so that the mean of logarithms becomes a middle grey].
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, requires = "png", value_parser = stops)]
     exposure: Option<f64>,
+    /// How the picture shows bright parts: clip makes them white, filmic keeps details in them (Narkowicz's fit to ACES).
+    #[arg(long, value_name = "CURVE", requires = "png", value_enum, default_value_t = Curve::Clip)]
+    tonemap: Curve,
+}
+
+/// The curves by their names.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Curve {
+    Clip,
+    Filmic,
+}
+
+impl Curve {
+    fn of_picture(self) -> ToneCurve {
+        match self {
+            Self::Clip => ToneCurve::Clip,
+            Self::Filmic => ToneCurve::Filmic,
+        }
+    }
 }
 
 fn stops(text: &str) -> Result<f64, String> {
@@ -60,16 +82,24 @@ impl Outputs<'_> {
         Ok(())
     }
 
-    pub(super) fn write(&self, image: &Image) -> anyhow::Result<()> {
+    /// Writes the image, and the picture with the exposure that it gets, which both headers say; returns what there is to
+    /// tell about the picture.
+    pub(super) fn write(&self, image: &mut Image) -> anyhow::Result<Option<String>> {
+        let Some(png) = &self.png else {
+            exr::write(self.exr, image)?;
+            return Ok(None);
+        };
+        let prefix = self.picture.layer.as_ref().map_or(String::new(), |layer| format!("{layer}."));
+        let names = ["R", "G", "B"].map(|channel| format!("{prefix}{channel}"));
+        let pixels = image.rgb(names.each_ref().map(String::as_str)).expect("outputs were checked");
+        let exposure = self.picture.exposure.unwrap_or_else(|| picture::automatic_exposure(&pixels));
+        let curve = self.picture.tonemap.to_possible_value().expect("no curve is hidden").get_name().to_owned();
+        image.attributes.push(("etendue.exposure".to_owned(), exposure.to_string()));
+        image.attributes.push(("etendue.tonemap".to_owned(), curve));
         exr::write(self.exr, image)?;
-        if let Some(png) = &self.png {
-            let prefix = self.picture.layer.as_ref().map_or(String::new(), |layer| format!("{layer}."));
-            let names = ["R", "G", "B"].map(|channel| format!("{prefix}{channel}"));
-            let pixels = image.rgb(names.each_ref().map(String::as_str)).expect("outputs were checked");
-            let exposure = self.picture.exposure.unwrap_or_else(|| picture::automatic_exposure(&pixels));
-            let picture = picture::tone_mapped(image.crop.width, &pixels, exposure);
-            picture::write_png(png, &picture)?;
-        }
-        Ok(())
+        let curve = self.picture.tonemap.of_picture();
+        let picture = picture::tone_mapped_by(curve, image.crop.width, &pixels, exposure);
+        picture::write_png_with(png, &picture, &image.attributes)?;
+        Ok(Some(format!("{} at exposure {exposure:.3}", png.display())))
     }
 }

@@ -1,21 +1,29 @@
-use std::{io::IsTerminal as _, path::PathBuf, process::ExitCode, time::Instant};
+use std::{
+    path::PathBuf,
+    process::ExitCode,
+    sync::atomic::AtomicBool,
+    time::{Duration, Instant},
+};
 
 use clap::Args;
 use etendue::{
-    film::splats,
+    film::{Film, splats},
+    integrator::{IntegratorModel as _, IterationPlan},
     render::{
         Renderer, Rendering, Replicate,
         checkpoint::{Checkpoint, Controls, JobError, JobResult, RenderJob, RenderRecord, RenderSource},
         drive::{self, End},
+        reach::{MAX_OPEN_SAMPLES, samples_needed},
     },
     sampler::SamplerModel as _,
 };
-use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{
+    FAILED,
     checkpoint_options::{CheckpointOptions, INTERRUPTED, interruptions},
     faults, numbers,
     outputs::{Outputs, Picture},
+    progress::{self, Progress},
     say,
     source::SceneOptions,
     usage,
@@ -48,6 +56,9 @@ pub(crate) struct Render {
     replay: Option<[u32; 3]>,
     #[command(flatten)]
     checkpoint_options: CheckpointOptions,
+    /// Show no progress and no summary; warnings stay.
+    #[arg(short, long)]
+    quiet: bool,
 }
 
 impl Render {
@@ -66,6 +77,7 @@ impl Render {
         let source = self.source.source(&document, &overrides, &renderer);
         let job = self.job(&source)?;
         let outputs = self.output.as_deref().map(|exr| self.picture.beside(exr, &job.checkpoint.film)).transpose()?;
+        self.checkpoint_options.check_shard()?;
         self.checkpoint_options.check_file()?;
         if let (Some(outputs), Some(file)) = (&outputs, self.checkpoint_options.file()) {
             outputs.are_not(file)?;
@@ -83,46 +95,92 @@ impl Render {
         let mut job =
             RenderJob::new(source, &request, self.checkpoint_options.resumed()?).map_err(|error| explained(&error))?;
         let record = &mut job.checkpoint.record;
-        record.attributes = self.source.attributes(&record.identity, source.renderer);
+        record.attributes = self.source.attributes(&record.identity, source);
         Ok(job)
     }
 
     /// Renders, and writes what there is to write.
     fn finish(&self, renderer: &Renderer, job: RenderJob, outputs: Option<&Outputs<'_>>) -> anyhow::Result<ExitCode> {
         let interrupted = interruptions()?;
-        let checkpoint_every = self.checkpoint_options.checkpoint_every;
-        let controls = Controls { start: Instant::now(), interrupted: &interrupted, checkpoint_every };
-        let (end, Checkpoint { record, film, state }) = self.gather(renderer, job, &controls);
-        tell(end, &record);
-        let kept = self.checkpoint_options.file().map(|file| record.write(file, &film, &state)).transpose();
+        let (end, Checkpoint { record, film, state }) = self.gather(renderer, job, &interrupted);
+        let checkpoint = self.checkpoint_options.file();
+        let kept = checkpoint.map(|file| record.write(file, &film, &state)).transpose();
+        let mut picture = None;
         if let Some(outputs) = outputs {
             let mut image = film.image();
             image.attributes = record.header();
-            outputs.write(&image)?;
+            picture = outputs.write(&mut image)?;
         }
         kept?;
-        Ok(if end == End::Interrupted { ExitCode::from(INTERRUPTED) } else { ExitCode::SUCCESS })
+        let (samples, error) = (drive::count(&record.taken), relative_error(renderer, &film));
+        if !self.quiet {
+            if let Some(why) = self.why(end, samples, error) {
+                eprintln!("{why}");
+            }
+            let file = self.output.as_deref().or(checkpoint).expect("clap asks for one");
+            let picture = picture.map_or(String::new(), |picture| format!("; {picture}"));
+            say(progress::summary(file, samples, record.cost.seconds, error) + &picture)?;
+        }
+        Ok(match end {
+            End::Interrupted => ExitCode::from(INTERRUPTED),
+            End::OutOfReach => ExitCode::from(FAILED),
+            End::Complete | End::Time | End::Error => ExitCode::SUCCESS,
+        })
     }
 
-    /// Renders with a progress bar, which is silent when nobody watches.
-    fn gather(&self, renderer: &Renderer, job: RenderJob, controls: &Controls<'_>) -> (End, Checkpoint) {
-        let (bar, is_to_do) = (progress_bar(renderer, &job), !job.ranges.is_empty());
+    /// Renders; shows how far it is, and writes checkpoints.
+    fn gather(&self, renderer: &Renderer, job: RenderJob, interrupted: &AtomicBool) -> (End, Checkpoint) {
+        let (start, options) = (Instant::now(), &self.checkpoint_options);
+        let progress = Progress::new(renderer, &job, options, self.quiet);
+        let is_to_do = !job.ranges.is_empty();
         let with_cost = |record: &RenderRecord| {
-            let cost = if is_to_do { record.cost.and(usage::since(controls.start)) } else { record.cost };
+            let cost = if is_to_do { record.cost.and(usage::since(start)) } else { record.cost };
             RenderRecord { cost, ..record.clone() }
         };
+        let mut last = start;
         let mut keep = |record: &RenderRecord, rendering: &Rendering<'_>| {
-            let Some(file) = self.checkpoint_options.file() else { return };
+            if progress.is_shown() {
+                progress.set_error(relative_error(renderer, rendering.film()));
+            }
+            let Some(file) = options.file().filter(|_| last.elapsed() >= options.checkpoint_every) else { return };
             // A disk that is full now may have room at the end.
             if let Err(error) = with_cost(record).write(file, rendering.film(), rendering.state()) {
-                bar.suspend(|| super::warn(&[error.to_string()]));
+                progress.warn(error.to_string());
             }
+            last = Instant::now();
         };
-        let JobResult { end, checkpoint, notes } = job.run(renderer, controls, &|samples| bar.inc(samples), &mut keep);
-        bar.finish_and_clear();
-        notes.facts.iter().for_each(|fact| eprintln!("{fact}"));
+        let every = if progress.is_shown() { Progress::EVERY } else { Duration::MAX };
+        let controls = Controls { start, interrupted, checkpoint_every: options.checkpoint_every.min(every) };
+        let JobResult { end, checkpoint, notes } =
+            job.run(renderer, &controls, &|samples| progress.add(samples), &mut keep);
+        progress.finish();
+        if !self.quiet {
+            notes.facts.iter().for_each(|fact| eprintln!("{fact}"));
+        }
         super::warn(&notes.warnings);
         (end, Checkpoint { record: with_cost(&checkpoint.record), ..checkpoint })
+    }
+
+    /// Why there are not all samples, if there are not.
+    fn why(&self, end: End, samples: u64, error: f64) -> Option<String> {
+        let target = self.checkpoint_options.target_error.unwrap_or(0.0);
+        let why = match end {
+            End::Complete => return None,
+            End::Time => "the time is up",
+            End::Error => "the error is small enough",
+            End::Interrupted => "interrupted",
+            End::OutOfReach if error.is_infinite() => "the image is black, so that no error is small enough",
+            End::OutOfReach => {
+                return Some(format!(
+                    "the error is {} with {samples} samples of each pixel; {} would take about {:.0e}, and without --spp or \
+                     --time-limit no more than {MAX_OPEN_SAMPLES} are taken",
+                    progress::percent(error),
+                    progress::percent(target),
+                    samples_needed(samples, error, target)
+                ));
+            }
+        };
+        Some(format!("{why} with {samples} samples of each pixel"))
     }
 
     /// Prints one sample of a pixel.
@@ -150,27 +208,8 @@ impl Render {
     }
 }
 
-fn progress_bar(renderer: &Renderer, job: &RenderJob) -> ProgressBar {
-    if !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let crop = renderer.scene.sensor.film.rendered();
-    let samples: u64 = job.ranges.iter().map(|range| u64::from(range.end - range.start)).sum();
-    let total = u64::from(crop.width) * u64::from(crop.height) * samples;
-    let (bar, template) = match job.checkpoint.record.goal {
-        Some(_) => (ProgressBar::new(total), "{wide_bar} {percent}% {per_sec} samples, {eta} left"),
-        None => (ProgressBar::no_length(), "{elapsed} {human_pos} samples, {per_sec}"),
-    };
-    bar.with_style(ProgressStyle::with_template(template).expect("the template is right"))
-}
-
-/// Why there are not all samples.
-fn tell(end: End, record: &RenderRecord) {
-    let why = match end {
-        End::Complete => return,
-        End::Time => "the time is up",
-        End::Error => "the error is small enough",
-        End::Interrupted => "interrupted",
-    };
-    eprintln!("{why} with {} samples of each pixel", drive::count(&record.taken));
+/// The relative error of an image; infinite if its scatter does not show it.
+fn relative_error(renderer: &Renderer, film: &Film) -> f64 {
+    let is_shared = renderer.integrator.iterations() == IterationPlan::PerReplicate;
+    if is_shared { f64::INFINITY } else { film.relative_error() }
 }

@@ -36,6 +36,15 @@ pub(super) struct SceneOptions {
     threads: Option<u16>,
 }
 
+/// A word as a shell reads it.
+pub(super) fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "_-./=:,+@%".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", word.replace('\'', "'\\''"))
+}
+
 fn definition(text: &str) -> Result<(String, String), String> {
     let (name, value) = text.split_once('=').ok_or("write it as name=value")?;
     Ok((name.to_owned(), value.to_owned()))
@@ -74,7 +83,8 @@ impl SceneOptions {
     }
 
     /// What an image's header says of how it was made.
-    pub(super) fn attributes(&self, identity: &Identity, renderer: &Renderer) -> Vec<(String, String)> {
+    pub(super) fn attributes(&self, identity: &Identity, source: &RenderSource<'_>) -> Vec<(String, String)> {
+        let renderer = source.renderer;
         let params: Vec<_> = self.param.iter().chain(&self.define).map(|(n, v)| format!("{n}={v}")).collect();
         let attributes = [
             ("etendue.version", identity.version.clone()),
@@ -84,9 +94,21 @@ impl SceneOptions {
             ("etendue.sampler", renderer.scene.sensor.sampler.plugin().name.into()),
             ("etendue.parameters", params.join(" ")),
             ("etendue.seed", identity.seed.to_string()),
+            ("etendue.options", self.options(source)),
         ];
         let not_physical = renderer.integrator.not_physical().map(|what| ("etendue.not_physical", what.to_owned()));
         attributes.into_iter().chain(not_physical).map(|(name, value)| (name.to_owned(), value)).collect()
+    }
+
+    /// The options that make the same image of the scene again, but for the seed and the number of samples.
+    fn options(&self, source: &RenderSource<'_>) -> String {
+        let mut options = Vec::new();
+        let mut add = |option: &str, value: &str| options.extend([option.to_owned(), quoted(value)]);
+        self.define.iter().for_each(|(name, value)| add("-D", &format!("{name}={value}")));
+        source.overrides.name.iter().for_each(|name| add("--integrator", name));
+        self.param.iter().for_each(|(name, value)| add("--param", &format!("{name}={value}")));
+        self.sampler.iter().for_each(|name| add("--sampler", name));
+        options.join(" ")
     }
 
     /// The seed, unless the scene's is to be used.

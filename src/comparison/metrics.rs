@@ -5,16 +5,16 @@ use crate::stats::tiles::luminance;
 /// Error metrics over all pixels and channels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Metrics {
-    /// The mean of the differences, of the test from the reference.
+    /// The mean of the differences, of the test from the reference: the difference of the two means.
     pub bias: f64,
     /// The root of the mean of the squared differences.
     pub rmse: f64,
     /// The mean of squared differences over squared references, the latter at least a hundredth of the mean squared;
     /// after Rousselle et al. 2011, who add 1e-3 to the radiance instead.
     pub relative_mse: f64,
-    /// The mean luminance of the test.
+    /// The mean of the test.
     pub mean: f64,
-    /// The mean luminance of the reference.
+    /// The mean of the reference.
     pub reference_mean: f64,
 }
 
@@ -24,15 +24,15 @@ impl Metrics {
     pub fn new(test: &[[f64; 3]], reference: &[[f64; 3]]) -> Self {
         let pairs = || test.iter().flatten().zip(reference.iter().flatten());
         let count = (3 * test.len()) as f64;
-        let mean_of = |pixels: &[[f64; 3]]| pixels.iter().map(|p| luminance(*p)).sum::<f64>() / pixels.len() as f64;
-        let reference_mean = mean_of(reference);
-        let floor = (0.1 * reference_mean).powi(2).max(f64::MIN_POSITIVE);
+        let mean_of = |pixels: &[[f64; 3]]| pixels.iter().flatten().sum::<f64>() / count;
+        let luminances = reference.iter().map(|p| luminance(*p));
+        let floor = (0.1 * luminances.sum::<f64>() / reference.len() as f64).powi(2).max(f64::MIN_POSITIVE);
         Self {
             bias: pairs().map(|(a, b)| a - b).sum::<f64>() / count,
             rmse: (pairs().map(|(a, b)| (a - b).powi(2)).sum::<f64>() / count).sqrt(),
             relative_mse: pairs().map(|(a, b)| (a - b).powi(2) / b.powi(2).max(floor)).sum::<f64>() / count,
             mean: mean_of(test),
-            reference_mean,
+            reference_mean: mean_of(reference),
         }
     }
 }
@@ -48,5 +48,11 @@ mod tests {
         assert!((metrics.rmse - (0.01_f64 / 2.0).sqrt()).abs() < 1e-12);
         assert!((metrics.relative_mse - 0.005).abs() < 1e-12);
         assert!((metrics.mean - 0.55).abs() < 1e-12 && (metrics.reference_mean - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_bias_is_the_difference_of_the_means_in_any_colour() {
+        let metrics = Metrics::new(&[[1.0, 0.2, 0.1], [0.3, 0.9, 0.0]], &[[0.1, 0.8, 0.1], [0.3, 0.4, 0.7]]);
+        assert!((metrics.mean - metrics.reference_mean - metrics.bias).abs() < 1e-15, "{metrics:?}");
     }
 }

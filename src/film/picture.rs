@@ -44,22 +44,62 @@ pub fn srgb_byte(linear: f64) -> u8 {
     (255.0 * encoded.clamp(0.0, 1.0)).round() as u8
 }
 
-/// Tone-maps linear pixels by an exposure in stops and clipping.
+/// How linear values become those of a screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ToneCurve {
+    /// As they are; what is brighter than white is white.
+    Clip,
+    /// A filmic curve, which has room for highlights: `x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14)`. Narkowicz 2016,
+    /// "ACES Filmic Tone Mapping Curve", a fit to the film of the Academy Color Encoding System.
+    Filmic,
+}
+
+impl ToneCurve {
+    /// What the screen shows of a value from 0 up, still linear.
+    #[must_use]
+    pub fn apply(self, x: f64) -> f64 {
+        match self {
+            Self::Clip => x,
+            Self::Filmic => {
+                let x = x.max(0.0);
+                // Beyond it the quotient is white but for rounding, and its terms may overflow.
+                if x > 1e6 { 1.0 } else { x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14) }
+            }
+        }
+    }
+}
+
+/// Tone-maps linear pixels by an exposure in stops and a curve.
 #[must_use]
 pub fn tone_mapped(width: u32, pixels: &[[f32; 3]], exposure: f64) -> RgbImage {
+    tone_mapped_by(ToneCurve::Clip, width, pixels, exposure)
+}
+
+/// Tone-maps linear pixels by exposure in stops and a curve.
+#[must_use]
+pub fn tone_mapped_by(curve: ToneCurve, width: u32, pixels: &[[f32; 3]], exposure: f64) -> RgbImage {
     let scale = exposure.exp2();
     let height = pixels.len() as u32 / width;
-    RgbImage { width, height, pixels: pixels.iter().map(|p| p.map(|x| srgb_byte(scale * f64::from(x)))).collect() }
+    let byte = |x: f32| srgb_byte(curve.apply(scale * f64::from(x)));
+    RgbImage { width, height, pixels: pixels.iter().map(|p| p.map(byte)).collect() }
 }
 
 /// Encodes a picture as a PNG file.
 #[must_use]
 pub fn png_bytes(picture: &RgbImage) -> Vec<u8> {
+    png_bytes_with(picture, &[])
+}
+
+/// The same file with texts: names and values.
+fn png_bytes_with(picture: &RgbImage, texts: &[(String, String)]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, picture.width, picture.height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_compression(png::Compression::Fast);
     encoder.set_filter(png::Filter::Adaptive);
+    for (name, text) in texts {
+        encoder.add_itxt_chunk(name.clone(), text.clone()).expect("names are short");
+    }
     let written = encoder.write_header().and_then(|mut writer| {
         writer.write_image_data(picture.pixels.as_flattened())?;
         writer.finish()
@@ -74,4 +114,39 @@ pub fn png_bytes(picture: &RgbImage) -> Vec<u8> {
 /// If the file cannot be written; no partial file remains.
 pub fn write_png(path: &Path, picture: &RgbImage) -> Result<(), FileError> {
     write_whole(path, &png_bytes(picture))
+}
+
+/// Writes a PNG file with texts: names and values.
+///
+/// # Errors
+/// If it cannot be written; then there is none.
+pub fn write_png_with(path: &Path, picture: &RgbImage, texts: &[(String, String)]) -> Result<(), FileError> {
+    write_whole(path, &png_bytes_with(picture, texts))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_filmic_curve_has_its_published_values() {
+        // By hand: 1 gives 2.54 / 3.16.
+        assert!((ToneCurve::Filmic.apply(1.0) - 2.54 / 3.16).abs() < 1e-12);
+        assert_eq!((ToneCurve::Filmic.apply(0.0), ToneCurve::Filmic.apply(-1.0)), (0.0, 0.0));
+        let values: Vec<_> = (0..200).map(|i| ToneCurve::Filmic.apply(0.05 * f64::from(i))).collect();
+        assert!(values.is_sorted() && ToneCurve::Filmic.apply(f64::MAX) == 1.0);
+    }
+
+    #[test]
+    fn texts_stand_in_a_picture() {
+        let picture = tone_mapped(2, &[[0.5; 3], [1.0; 3]], 0.0);
+        let texts = [("etendue.scene".to_owned(), "scène.xml".to_owned())];
+        let bytes = png_bytes_with(&picture, &texts);
+        let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().expect("a picture");
+        let chunk = &reader.info().utf8_text[0];
+        assert_eq!((chunk.keyword.as_str(), chunk.get_text().expect("a text")), ("etendue.scene", "scène.xml".into()));
+        let mut pixels = vec![0; reader.output_buffer_size().expect("a small picture")];
+        reader.next_frame(&mut pixels).expect("a picture");
+        assert_eq!(pixels, picture.pixels.as_flattened());
+    }
 }

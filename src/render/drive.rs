@@ -8,7 +8,7 @@ use std::{
 
 use rangemap::RangeSet;
 
-use super::Rendering;
+use super::{Rendering, reach};
 
 /// The samples to take, the conditions to end early, and the time between checkpoints. None of them changes a bit of the sums
 /// of the samples that are taken.
@@ -37,6 +37,8 @@ pub enum End {
     Time,
     /// The error is small enough.
     Error,
+    /// Only a small error could end it, and the error will not become that small.
+    OutOfReach,
     /// It was interrupted.
     Interrupted,
 }
@@ -64,9 +66,15 @@ pub fn drive(
             let count = count(taken);
             if let Some(target) = plan.target_error
                 && is_looked_at(count)
-                && rendering.film().relative_error() < target
             {
-                return End::Error;
+                let error = rendering.film().relative_error();
+                if error < target {
+                    return End::Error;
+                }
+                let is_open_ended = plan.time.is_none() && range.end == u32::MAX;
+                if is_open_ended && reach::is_out_of_reach(count, error, target) {
+                    return End::OutOfReach;
+                }
             }
             if has_begun && plan.interrupted.load(Ordering::Relaxed) {
                 return End::Interrupted;

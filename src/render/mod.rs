@@ -2,6 +2,7 @@
 
 pub mod checkpoint;
 pub mod drive;
+pub mod reach;
 
 use std::ops::Range;
 

@@ -214,6 +214,7 @@ fn checkpoints_of_other_renders_are_refused() {
         ("--seed 1 --checkpoint folder/none/a.ck", "folder/none/a.ck: cannot be written"),
         ("--seed 1 --checkpoint image.exr", "image.exr: is named twice"),
         ("--sampler sobol", "--sampler sobol: no sampler is called \"sobol\""),
+        ("--spp 4 --shard 1/2", "--shard: etendue merge needs a checkpoint of each part, an image will not do"),
         ("--spp 4 --shard 3/8", "--shard: 4 samples cannot be divided into 8 parts"),
         ("--shard 1/2 --time-limit 1s", "the number of samples is not known; give --spp"),
         (

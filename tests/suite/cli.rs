@@ -37,6 +37,8 @@ fn help_names_the_exit_codes_and_every_option() {
                 "--time-limit",
                 "--target-error",
                 "--shard",
+                "--quiet",
+                "--tonemap",
             ],
         ),
         ("merge", &["--output", "--checkpoint", "--partial", "--png", "--layer", "--exposure"]),
@@ -207,6 +209,60 @@ fn pictures_lie_beside_the_image() {
 }
 
 #[test]
+fn a_picture_says_its_exposure_and_its_curve() {
+    let folder = Folder::with_scene(&kit::ball());
+    let said = run(&mut folder.etendue("render scene.xml -o image.exr --png"));
+    let (_, told) =
+        said.out.trim_end().split_once("; image.png at exposure ").unwrap_or_else(|| panic!("{}", said.out));
+    let image = exr::read(&folder.path("image.exr")).unwrap();
+    let exposure: f64 = image.attribute("etendue.exposure").unwrap().parse().unwrap();
+    assert_eq!(format!("{exposure:.3}"), told);
+    assert_eq!(image.attribute("etendue.tonemap"), Some("clip"));
+    let texts = |name: &str| {
+        let file = std::io::BufReader::new(fs::File::open(folder.path(name)).unwrap());
+        let reader = png::Decoder::new(file).read_info().unwrap();
+        let texts = &reader.info().utf8_text;
+        texts.iter().map(|text| (text.keyword.clone(), text.get_text().unwrap())).collect::<Vec<_>>()
+    };
+    assert_eq!(texts("image.png"), image.attributes, "the picture says what the image says");
+    // The exposure that was chosen gives the same picture when it is asked for.
+    let pixels = || kit::read_png(&folder.path("image.png")).1;
+    let chosen = pixels();
+    folder.render(&format!("--png --exposure {exposure}"));
+    assert_eq!(pixels(), chosen);
+    // Green of the sky, times 2^-1, on the curve: 0.35 becomes 0.4936, sRGB(0.4936) = 186.
+    let filmic = folder.render("--png --exposure -1 --tonemap filmic");
+    assert_eq!((pixels()[1], filmic.attribute("etendue.tonemap")), (186, Some("filmic")));
+    folder.etendue("render scene.xml --checkpoint a.ck").assert().success();
+    let merged = run(&mut folder.etendue("merge a.ck -o merged.exr --png --exposure 2"));
+    assert_eq!((merged.code, merged.out.as_str()), (Some(0), "merged.png at exposure 2.000\n"));
+}
+
+#[test]
+fn a_render_ends_with_one_line() {
+    let folder = Folder::with_scene(&noisy());
+    let said = run(&mut folder.etendue("render scene.xml -o image.exr --spp 64 --checkpoint a.ck"));
+    let (spp, error) = said.out.split_once(" s, error ").unwrap_or_else(|| panic!("{}", said.out));
+    assert!(spp.starts_with("image.exr: 64 spp in ") && error.ends_with(" %\n"), "{}", said.out);
+    assert_eq!((said.out.lines().count(), said.err.as_str()), (1, ""));
+    let said = run(&mut folder.etendue("render scene.xml --resume a.ck"));
+    assert!(said.out.starts_with("a.ck: 64 spp in "), "{}", said.out);
+    // One sample has no scatter, and shared photons have one that does not show the error.
+    for options in ["--spp 1", "--spp 8 --integrator photonmapper --param global_photons=100"] {
+        let said = run(&mut folder.etendue(&format!("render scene.xml -o image.exr {options}")));
+        assert!(said.out.ends_with(" s\n"), "{}", said.out);
+    }
+}
+
+#[test]
+fn a_quiet_render_only_warns() {
+    let folder = Folder::with_scene(&kit::scene_of(&[kit::INTEGRATOR, kit::SENSOR, r#"<shape type="sphere"/>"#]));
+    let said = run(&mut folder.etendue("render scene.xml -o image.exr -q --time-limit 0s"));
+    let warning = "warning: the scene has no light: the image will be black\n";
+    assert_eq!((said.code, said.out.as_str(), said.err.as_str()), (Some(0), "", warning));
+}
+
+#[test]
 fn wrapping_integrators_add_layers() {
     let aov = r#"<integrator type="aov"><string name="aovs" value="d:depth, n:sh_normal, c:sample_count"/>
         <integrator type="moment"><integrator type="path"/></integrator></integrator>"#;
@@ -347,7 +403,7 @@ fn compare_agrees_differs_and_asks_for_samples() {
     for (test, code, conclusion) in cases {
         let said = run(&mut folder.etendue(&format!("compare {test} reference.exr")));
         assert_eq!(said.code, Some(code), "{test}: {}{}", said.out, said.err);
-        assert!(said.out.lines().last().unwrap().starts_with(conclusion), "{test}: {}", said.out);
+        assert!(said.out.lines().any(|line| line.starts_with(conclusion)), "{test}: {}", said.out);
     }
 }
 
@@ -377,6 +433,44 @@ fn the_samples_that_compare_asks_for_are_enough() {
     assert!((8..16384).contains(&needed), "{needed}");
     // The need is estimated from few samples; half as many again are surely enough.
     assert!(judge(needed * 3 / 2).ends_with("agrees\n"));
+}
+
+#[test]
+fn compare_names_the_command_that_decides() {
+    let folder = Folder::with_scene(&noisy());
+    folder.render("--spp 16384 --seed 3");
+    changed(&folder, "reference.exr", |_, x| x);
+    // The same seed as that of the reference, of which the two would not be independent.
+    folder.render("--spp 4 --seed 3 --param shading_samples=1");
+    let said = run(&mut folder.etendue("compare image.exr reference.exr"));
+    let last = said.out.lines().last().unwrap();
+    let next = last.strip_prefix("next: etendue ").unwrap_or_else(|| panic!("{}", said.out));
+    assert!(next.contains("--param shading_samples=1 --spp ") && next.ends_with(" --seed 4"), "{next}");
+    folder.etendue(next).assert().success();
+    let said = run(&mut folder.etendue("compare image.exr reference.exr"));
+    assert!(said.out.lines().any(|line| line == "agrees"), "{}", said.out);
+    assert!(!said.out.contains("next: "), "{}", said.out);
+}
+
+#[test]
+fn compare_prints_means_and_bias_of_one_quantity() {
+    let folder = Folder::with_scene(&noisy());
+    folder.render("--spp 64");
+    changed(&folder, "reference.exr", |_, x| x);
+    let same = run(&mut folder.etendue("compare image.exr reference.exr")).out;
+    assert!(same.contains(", bias 0 (0 %)\n") && same.contains("RMSE 0, relative MSE 0\n"), "{same}");
+    changed(&folder, "reference.exr", |name, x| if name == "R" { 0.5 * x } else { x });
+    let other = run(&mut folder.etendue("compare image.exr reference.exr")).out;
+    let number = |before: &str| -> f64 {
+        let (_, after) = other.split_once(before).unwrap_or_else(|| panic!("{before}: {other}"));
+        after.split([',', ' ']).next().unwrap().parse().unwrap()
+    };
+    let (test, reference, bias) = (number("test "), number("reference "), number("bias "));
+    // Each is rounded as it is printed.
+    assert!(bias > 0.0 && (test - reference - bias).abs() < 1.1e-6 + 5e-4 * bias, "{other}");
+    for text in [same, other] {
+        assert!(!text.contains("0.000e0") && !text.contains("0.0000e0"), "{text}");
+    }
 }
 
 #[test]

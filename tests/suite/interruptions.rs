@@ -2,6 +2,7 @@
 
 use std::{
     fs::{self, File},
+    io::Read as _,
     os::unix::fs::MetadataExt as _,
     process::{Child, Command, ExitStatus, Stdio},
     thread::sleep,
@@ -67,6 +68,53 @@ fn a_small_error_ends_a_render_at_the_same_sample_always() {
     }
     let limited = folder.render("--target-error 0.001% --spp 17");
     assert_eq!(spp(&limited), 17);
+}
+
+#[test]
+fn an_error_that_is_out_of_reach_ends_a_render() {
+    let dark = kit::scene_of(&[kit::INTEGRATOR, kit::SENSOR, r#"<shape type="sphere"/>"#]);
+    let cases = [
+        (dark, "1%", "the image is black, so that no error is small enough with 256 samples of each pixel\n"),
+        (busy("independent", BOX), "0.0001%", " and without --spp or --time-limit no more than 1048576 are taken\n"),
+    ];
+    for (scene, target, why) in cases {
+        let folder = Folder::with_scene(&scene);
+        let said = run(&mut folder.etendue(&format!("render scene.xml -o image.exr --target-error {target}")));
+        assert!(said.code == Some(1) && said.err.ends_with(why), "{:?} {}", said.code, said.err);
+        let image = exr::read(&folder.path("image.exr")).unwrap();
+        assert_eq!(spp(&image), 256);
+        // Whatever else ends a render does so, however far the error is.
+        for end in ["--spp 300", "--time-limit 0s"] {
+            let image = folder.render(&format!("--target-error {target} {end}"));
+            assert_eq!(spp(&image), if end.contains("300") { 300 } else { 1 });
+        }
+    }
+}
+
+/// What a render writes on a terminal.
+fn on_terminal(folder: &Folder, options: &str) -> String {
+    let size = nix::pty::Winsize { ws_row: 24, ws_col: 160, ws_xpixel: 0, ws_ypixel: 0 };
+    let pty = nix::pty::openpty(Some(&size), None).unwrap();
+    let mut command = Command::new(assert_cmd::cargo::cargo_bin("etendue"));
+    command.current_dir(folder.path("")).args(["render", "scene.xml", "-o", "image.exr"]);
+    command.args(options.split_whitespace()).env("TERM", "xterm").stderr(pty.slave).stdout(Stdio::null());
+    let mut child = command.spawn().unwrap();
+    // The program has the only other end now: when it ends, so does what can be read.
+    drop(command);
+    let mut text = Vec::new();
+    let _ = File::from(pty.master).read_to_end(&mut text);
+    assert!(child.wait().unwrap().success());
+    String::from_utf8(text).unwrap()
+}
+
+#[test]
+fn progress_is_shown_on_a_terminal() {
+    let folder = Folder::with_scene(&busy("independent", BOX));
+    let shown = on_terminal(&folder, "--spp 20");
+    assert!(shown.contains(" of 20 spp, ") && shown.contains("samples/s, "), "{shown}");
+    assert_eq!(on_terminal(&folder, "--spp 20 --quiet"), "");
+    // Not on anything else.
+    assert_eq!(run(&mut folder.etendue("render scene.xml -o image.exr --spp 20")).err, "");
 }
 
 /// A render that runs, and is killed if the test fails.
