@@ -74,7 +74,7 @@ class Render:
     def start(self, image: Path, threads: int) -> subprocess.Popen[str]:
         """Start the render, from its checkpoint if there is one."""
         option = "--resume" if self.checkpoint.exists() else "--checkpoint"
-        words = [option, str(self.checkpoint), "--every", self.every, "--threads", str(threads), "-o", str(image)]
+        words = [option, str(self.checkpoint), "--checkpoint-every", self.every, "--threads", str(threads), "-o", str(image)]
         return subprocess.Popen([*self.command, *words], stderr=subprocess.PIPE, text=True)
 
     def kill(self, image: Path, chance: random.Random) -> bool:

@@ -134,7 +134,7 @@ def gated_program(folder: Path) -> tuple[Path, Path]:
     gate.touch()
     text = f"""
 if [ "$1" = render ] && [ -e {gate} ]; then
-    {etendue.binary()} "$@" --time 0s || exit
+    {etendue.binary()} "$@" --time-limit 0s || exit
     while [ -e {gate} ]; do sleep 0.1; done
     for word; do
         shift

@@ -1,17 +1,19 @@
 use glam::{DVec2, DVec3};
 
-use super::{Bsdf, BsdfModel, Lobe, Query, Sample};
+use super::{Bsdf, BsdfModel, BsdfSample, Lobe, Query};
 use crate::{
     math::{PerSolidAngle, Rgb},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     shape::Surface,
     texture::{Texture, TextureModel as _},
 };
 
-/// A mixture of two BSDFs: `(1 - weight)` of the first and `weight` of the second, in all channels the same.
+/// A mixture of two BSDFs: `(1 - weight)` of the first and `weight` of the second, with the same weight in all
+/// channels.
 ///
-/// Mitsuba 3.9.1's `path` renders mixtures with a mirror or glass too dark where light comes from areas or the sky: in an
-/// even sky, 0.65 of a diffuse reflectance of 0.2 and 0.35 of a mirror of 0.9 show 0.354 there instead of 0.445.
+/// Mitsuba 3.9.1's `path` renders mixtures with a mirror or glass too dark under area lights and environments. In a
+/// constant environment, 0.65 of a diffuse reflectance of 0.2 and 0.35 of a mirror of 0.9 give 0.354 there instead of
+/// 0.445.
 #[derive(Clone, Debug)]
 pub struct Blend {
     weight: Texture,
@@ -21,11 +23,18 @@ pub struct Blend {
 impl Described for Blend {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
+        manual: manual!("blend.rs": "Blend"),
         name: "blendbsdf",
         summary: "A mixture of two bsdfs.",
         params: &[
-            Param::new("weight", ParamKind::Texture, "0.5", "the share of the second, grey").within(Range::UNIT),
-            Param::required("bsdf", ParamKind::Object(Category::Bsdf), "the two"),
+            Param::new(
+                "weight",
+                ParamKind::Texture,
+                "0.5",
+                "the fraction of the second bsdf; a texture's channels are averaged",
+            )
+            .within(Range::UNIT),
+            Param::required("bsdf", ParamKind::Object(Category::Bsdf), "the two bsdfs to mix"),
         ],
         examples: &[
             r#"<bsdf type="blendbsdf"><float name="weight" value="0.3"/>
@@ -50,18 +59,18 @@ impl Described for Blend {
 }
 
 impl Blend {
-    /// The shares of both.
-    fn shares(&self, uv: DVec2) -> [f64; 2] {
+    /// The weights of both BSDFs.
+    fn weights(&self, uv: DVec2) -> [f64; 2] {
         let weight = self.weight.eval(uv).element_sum() / 3.0;
         [1.0 - weight, weight]
     }
 
-    fn parts(&self, uv: DVec2) -> impl Iterator<Item = (f64, &Bsdf)> {
-        self.shares(uv).into_iter().zip(self.bsdfs.iter()).filter(|(share, _)| *share > 0.0)
+    fn components(&self, uv: DVec2) -> impl Iterator<Item = (f64, &Bsdf)> {
+        self.weights(uv).into_iter().zip(self.bsdfs.iter()).filter(|(weight, _)| *weight > 0.0)
     }
 }
 
-/// Every method is written out, so that a new one is not answered by its default.
+/// Every method is written out, so that a new method cannot fall back to its default.
 #[deny(clippy::missing_trait_methods)]
 impl BsdfModel for Blend {
     fn is_smooth(&self) -> bool {
@@ -69,36 +78,36 @@ impl BsdfModel for Blend {
     }
 
     fn is_glossy(&self) -> bool {
-        // Photons show what is diffuse in it.
+        // If one lobe is diffuse, photons can estimate its radiance.
         self.is_smooth() && self.bsdfs.iter().filter(|bsdf| bsdf.is_smooth()).all(Bsdf::is_glossy)
     }
 
     fn eval_cos(&self, query: &Query, wo: DVec3) -> Rgb {
-        self.parts(query.uv).map(|(share, bsdf)| share * bsdf.eval_cos(query, wo)).sum()
+        self.components(query.uv).map(|(weight, bsdf)| weight * bsdf.eval_cos(query, wo)).sum()
     }
 
     fn pdf(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
-        PerSolidAngle(self.parts(query.uv).map(|(share, bsdf)| share * bsdf.pdf(query, wo).0).sum())
+        PerSolidAngle(self.components(query.uv).map(|(weight, bsdf)| weight * bsdf.pdf(query, wo).0).sum())
     }
 
-    /// Draws from one of both, with what is left of `u1` once that is chosen.
-    fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<Sample> {
-        let [first, second] = self.shares(query.uv);
-        let (share, rest, bsdf) = if u1 < first {
+    /// Samples one of the two BSDFs, and reuses the rest of `u1` for it.
+    fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<BsdfSample> {
+        let [first, second] = self.weights(query.uv);
+        let (weight, rest, bsdf) = if u1 < first {
             (first, u1 / first, &self.bsdfs[0])
         } else {
             (second, ((u1 - first) / second).min(1.0 - f64::EPSILON), &self.bsdfs[1])
         };
         let sample = bsdf.sample(query, rest, u2)?;
         if sample.lobe != Lobe::Smooth {
-            return Some(Sample { pdf: PerSolidAngle(share * sample.pdf.0), ..sample });
+            return Some(BsdfSample { pdf: PerSolidAngle(weight * sample.pdf.0), ..sample });
         }
         let pdf = self.pdf(query, sample.wo);
-        Some(Sample { weight: self.eval_cos(query, sample.wo) / pdf.0, pdf, ..sample })
+        Some(BsdfSample { weight: self.eval_cos(query, sample.wo) / pdf.0, pdf, ..sample })
     }
 
     fn albedo(&self, uv: DVec2) -> Rgb {
-        self.parts(uv).map(|(share, bsdf)| share * bsdf.albedo(uv)).sum()
+        self.components(uv).map(|(weight, bsdf)| weight * bsdf.albedo(uv)).sum()
     }
 
     fn has_delta(&self) -> bool {
@@ -113,14 +122,14 @@ impl BsdfModel for Blend {
         self.bsdfs.iter().any(Bsdf::is_interface)
     }
 
-    /// The inside is one medium, whatever the share of its interface.
+    /// Both interfaces bound the same medium, so the weights do not apply.
     fn absorption(&self) -> Rgb {
         self.bsdfs[0].absorption().max(self.bsdfs[1].absorption())
     }
 
     fn straight_transmittance(&self, query: &Query) -> Option<Rgb> {
-        let through = |(share, bsdf): (f64, &Bsdf)| Some(share * bsdf.straight_transmittance(query)?);
-        self.parts(query.uv).filter_map(through).reduce(|one, other| one + other)
+        let through = |(weight, bsdf): (f64, &Bsdf)| Some(weight * bsdf.straight_transmittance(query)?);
+        self.components(query.uv).filter_map(through).reduce(|one, other| one + other)
     }
 
     fn has_self_emission(&self) -> bool {
@@ -128,6 +137,6 @@ impl BsdfModel for Blend {
     }
 
     fn self_emission(&self, surface: &Surface, is_front: bool) -> Rgb {
-        self.parts(surface.uv).map(|(share, bsdf)| share * bsdf.self_emission(surface, is_front)).sum()
+        self.components(surface.uv).map(|(weight, bsdf)| weight * bsdf.self_emission(surface, is_front)).sum()
     }
 }

@@ -3,73 +3,74 @@ use std::{fmt::Debug, marker::PhantomData};
 use glam::{DVec2, DVec3};
 
 use super::{
-    BsdfModel, Lobe, Query, Sample, TransportMode,
+    BsdfModel, BsdfSample, Lobe, Query, TransportMode,
     fresnel::{self, Interface},
     reflect,
 };
 use crate::{
     math::{PerSolidAngle, Rgb},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, Value},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, Value, manual},
     texture::{Texture, TextureModel as _},
 };
 
-/// A smooth interface of two transparent media. The inside is below the normal. Radiance that crosses is scaled by the
-/// square of the ratio of the indices, for étendue `n² A Ω` is what stays constant; flux is not.
+/// A smooth interface between two transparent media. The inside is below the normal. Refraction scales radiance by the
+/// square of the ratio of the indices, because it conserves étendue `n² A Ω`. It does not scale flux.
 ///
-/// Of light that goes a way `t` through the medium inside, `exp(-absorption t)` is left (Beer and Lambert); the medium
-/// outside absorbs nothing. Media that touch have one interface between them, whose inside is the one that absorbs, or
-/// either. Surfaces of other materials in the medium do not know that they are in it: between two of them, or between
-/// one and a camera or light in the medium, nothing is absorbed.
+/// The transmittance of a distance `t` in the medium inside is `exp(-absorption t)` (Beer-Lambert law). The medium
+/// outside does not absorb. Two touching media need a single interface between them; its inside is the absorbing
+/// medium, or either if none absorbs. Absorption is known at interfaces only: a segment between two surfaces of other
+/// materials, or between such a surface and a camera or emitter in the medium, is not attenuated.
 #[derive(Clone, Debug)]
 pub struct Glass<K> {
-    /// The index inside over that outside.
+    /// The index of refraction inside over that outside.
     eta: f64,
-    /// What happens at a cosine of incidence and an index.
+    /// Computes reflectance and refraction from the cosine of `wi` and the relative index.
     interface: fn(f64, f64) -> Interface,
     specular_reflectance: Texture,
     specular_transmittance: Texture,
-    /// Of the medium inside, per unit of length.
+    /// The absorption coefficient of the medium inside, in 1/m.
     absorption: Rgb,
     kind: PhantomData<K>,
 }
 
-/// Models of how much is reflected.
+/// Models of the reflectance of a smooth interface.
 pub trait Reflectance: Clone + Debug {
-    /// The manual page.
+    /// The manual page of the plugin.
     const PLUGIN: Plugin;
 
-    /// The model.
+    /// The function that computes the interface from the cosine of `wi` and the relative index.
     ///
     /// # Errors
-    /// If a parameter is wrong.
+    /// If a parameter is invalid.
     fn read(params: &Params<'_>) -> Result<fn(f64, f64) -> Interface, SceneError>;
 }
 
 const INT_IOR: Param =
-    Param::new("int_ior", ParamKind::Float, "1.5046", "the index of refraction inside, a number or a name")
+    Param::new("int_ior", ParamKind::Float, "1.5046", "the index of refraction inside, as a number or a name")
         .within(Range::POSITIVE);
 const EXT_IOR: Param =
-    Param::new("ext_ior", ParamKind::Float, "1.000277", "the index of refraction outside, a number or a name")
+    Param::new("ext_ior", ParamKind::Float, "1.000277", "the index of refraction outside, as a number or a name")
         .within(Range::POSITIVE);
 const SPECULAR_REFLECTANCE: Param =
-    Param::new("specular_reflectance", ParamKind::Texture, "1", "scales what is reflected; not physical")
+    Param::new("specular_reflectance", ParamKind::Texture, "1", "scales the reflected light; not physical")
         .within(Range::UNIT);
 const SPECULAR_TRANSMITTANCE: Param =
-    Param::new("specular_transmittance", ParamKind::Texture, "1", "scales what is refracted; not physical")
+    Param::new("specular_transmittance", ParamKind::Texture, "1", "scales the refracted light; not physical")
         .within(Range::UNIT);
 const ABSORPTION: Param =
     Param::new("absorption", ParamKind::Rgb, "0", "the absorption coefficient of the medium inside, in 1/m")
         .within(Range::NON_NEGATIVE);
 
-/// After Fresnel's exact equations for unpolarised light.
+/// Fresnel's equations for unpolarised light.
 #[derive(Clone, Debug)]
 pub struct Dielectric;
 
 impl Reflectance for Dielectric {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
+        manual: manual!("dielectric.rs": "Glass", "Dielectric"),
         name: "dielectric",
-        summary: "A smooth interface between transparent media, after Fresnel's equations.",
+        summary: "A smooth interface between transparent media, with Fresnel's equations.",
         params: &[INT_IOR, EXT_IOR, SPECULAR_REFLECTANCE, SPECULAR_TRANSMITTANCE, ABSORPTION],
         examples: &[
             r#"<bsdf type="dielectric"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf>"#,
@@ -84,15 +85,16 @@ impl Reflectance for Dielectric {
     }
 }
 
-/// After Schlick's approximation, or without any reflection but the total one: for comparison with Fresnel's.
+/// Schlick's approximation, or total internal reflection alone, for comparison with Fresnel's equations.
 #[derive(Clone, Debug)]
 pub struct Schlick;
 
 impl Reflectance for Schlick {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
+        manual: manual!("dielectric.rs": "Glass", "Schlick"),
         name: "schlick",
-        summary: "A dielectric after Schlick's approximation of Fresnel's equations.",
+        summary: "A dielectric with Schlick's approximation of Fresnel's equations.",
         params: &[
             INT_IOR,
             EXT_IOR,
@@ -100,7 +102,7 @@ impl Reflectance for Schlick {
                 "reflectance_model",
                 ParamKind::Choice(&["schlick", "none"]),
                 "schlick",
-                "none lets everything through but what is totally reflected",
+                "the reflectance; with none, only total internal reflection reflects",
             ),
             SPECULAR_REFLECTANCE,
             SPECULAR_TRANSMITTANCE,
@@ -135,7 +137,7 @@ impl<K: Reflectance> Described for Glass<K> {
     }
 }
 
-/// Indices of refraction by name, at the sodium D line; the names and values that Mitsuba knows.
+/// Indices of refraction by name, at the sodium D line, with Mitsuba's names and values.
 const INDICES: [(&str, f64); 23] = [
     ("vacuum", 1.0),
     ("helium", 1.000_036),
@@ -187,18 +189,18 @@ impl<K: Reflectance> BsdfModel for Glass<K> {
     }
 
     #[inline]
-    fn sample(&self, query: &Query, u1: f64, _u2: DVec2) -> Option<Sample> {
+    fn sample(&self, query: &Query, u1: f64, _u2: DVec2) -> Option<BsdfSample> {
         let interface = (self.interface)(query.wi.z, self.eta);
         if u1 < interface.reflectance {
             let pdf = PerSolidAngle(interface.reflectance);
             let weight = self.specular_reflectance.eval(query.uv);
-            return Some(Sample { wo: reflect(query.wi), weight, pdf, lobe: Lobe::Delta, eta: 1.0 });
+            return Some(BsdfSample { wo: reflect(query.wi), weight, pdf, lobe: Lobe::Delta, eta: 1.0 });
         }
         let compression = match query.mode {
             TransportMode::Radiance => 1.0 / (interface.eta * interface.eta),
             TransportMode::Importance => 1.0,
         };
-        Some(Sample {
+        Some(BsdfSample {
             wo: fresnel::refract(query.wi, &interface),
             weight: self.specular_transmittance.eval(query.uv) * compression,
             pdf: PerSolidAngle(1.0 - interface.reflectance),
@@ -223,8 +225,8 @@ impl<K: Reflectance> BsdfModel for Glass<K> {
         self.absorption
     }
 
-    /// As if the light came from the outside on both faces: on a plane-parallel slab refracted light meets both at that
-    /// angle.
+    /// Uses the outside angle of incidence at both faces. This is exact for a plane-parallel slab, where the refracted
+    /// ray has the same reflectance at both faces.
     fn straight_transmittance(&self, query: &Query) -> Option<Rgb> {
         let reflectance = (self.interface)(query.wi.z.abs(), self.eta).reflectance;
         Some(self.specular_transmittance.eval(query.uv) * (1.0 - reflectance))

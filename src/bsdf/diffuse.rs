@@ -2,21 +2,21 @@ use std::f64::consts::FRAC_1_PI;
 
 use glam::{DVec2, DVec3};
 
-use super::{BsdfModel, Lobe, Query, Sample};
+use super::{BsdfModel, BsdfSample, Lobe, Query};
 use crate::{
     math::{PerSolidAngle, Rgb, cos_theta, warp},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     texture::{Texture, TextureModel as _},
 };
 
-/// Lambert's ideally diffuse surface, `f = ρ / π` on the side of its normal, black on the other.
+/// The Lambertian BRDF, `f = ρ / π`, on the side of the normal. The back is black.
 #[derive(Clone, Debug)]
 pub struct Diffuse {
     reflectance: Texture,
 }
 
 impl Diffuse {
-    /// The same reflectance everywhere.
+    /// A surface of constant reflectance.
     #[must_use]
     pub fn new(reflectance: Rgb) -> Self {
         Self { reflectance: Texture::constant(reflectance) }
@@ -26,9 +26,10 @@ impl Diffuse {
 impl Described for Diffuse {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
+        manual: manual!("diffuse.rs": "Diffuse"),
         name: "diffuse",
-        summary: "Lambert's ideally diffuse surface; black on its back.",
-        params: &[Param::new("reflectance", ParamKind::Texture, "0.5", "the share of light that is reflected")
+        summary: "A Lambertian (ideally diffuse) surface; its back is black.",
+        params: &[Param::new("reflectance", ParamKind::Texture, "0.5", "the fraction of light that is reflected")
             .within(Range::UNIT)],
         examples: &[r#"<bsdf type="diffuse"><rgb name="reflectance" value="0.8, 0.4, 0.1"/></bsdf>"#],
         evidence: &["radiometry/furnace", "radiometry/integrating-sphere"],
@@ -54,18 +55,18 @@ impl BsdfModel for Diffuse {
 
     #[inline]
     fn pdf(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
-        let lit = cos_theta(query.wi) > 0.0;
-        PerSolidAngle(if lit { warp::square_to_cosine_hemisphere_pdf(cos_theta(wo)) } else { 0.0 })
+        let is_front = cos_theta(query.wi) > 0.0;
+        PerSolidAngle(if is_front { warp::square_to_cosine_hemisphere_pdf(cos_theta(wo)) } else { 0.0 })
     }
 
     #[inline]
-    fn sample(&self, query: &Query, _u1: f64, u2: DVec2) -> Option<Sample> {
+    fn sample(&self, query: &Query, _u1: f64, u2: DVec2) -> Option<BsdfSample> {
         let wo = warp::square_to_cosine_hemisphere(u2);
         if cos_theta(query.wi) <= 0.0 || cos_theta(wo) <= 0.0 {
             return None;
         }
         let pdf = PerSolidAngle(warp::square_to_cosine_hemisphere_pdf(cos_theta(wo)));
-        Some(Sample { wo, weight: self.reflectance.eval(query.uv), pdf, lobe: Lobe::Smooth, eta: 1.0 })
+        Some(BsdfSample { wo, weight: self.reflectance.eval(query.uv), pdf, lobe: Lobe::Smooth, eta: 1.0 })
     }
 
     fn albedo(&self, uv: DVec2) -> Rgb {

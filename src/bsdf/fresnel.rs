@@ -1,23 +1,23 @@
-//! How much light a smooth interface reflects, unpolarised, and where the rest goes.
+//! Fresnel reflectance and refraction at smooth interfaces, for unpolarised light.
 
 use glam::DVec3;
 
 use crate::math::Rgb;
 
-/// What happens at a smooth interface of two dielectrics.
+/// Reflection and refraction at a smooth interface between two dielectrics, for one angle of incidence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interface {
-    /// The reflected part of the power, from 0 to 1.
+    /// The reflected fraction of the power, from 0 to 1.
     pub reflectance: f64,
-    /// The cosine of the refracted ray to the normal, of the sign opposite to the incident one; 0 at total reflection.
+    /// The cosine between the refracted ray and the normal, of opposite sign to the incident cosine; 0 at total
+    /// reflection.
     pub cos_t: f64,
-    /// The index on the far side over that on the near side.
+    /// The index of refraction on the transmitted side over that on the incident side.
     pub eta: f64,
 }
 
-/// Fresnel's equations for unpolarised light at an interface whose index below the normal over that above it is
-/// `eta`; `cos_i` is negative for light that comes from below. Born and Wolf 1999, *Principles of Optics*,
-/// section 1.5.2, eq. (20) and (21).
+/// Fresnel's equations for unpolarised light. `eta` is the index below the normal over that above it, and `cos_i` is
+/// negative for light from below. Born and Wolf 1999, *Principles of Optics*, section 1.5.2, eq. (20) and (21).
 #[must_use]
 pub fn dielectric(cos_i: f64, eta: f64) -> Interface {
     let eta = if cos_i >= 0.0 { eta } else { 1.0 / eta };
@@ -38,9 +38,9 @@ pub fn dielectric(cos_i: f64, eta: f64) -> Interface {
     Interface { reflectance, cos_t: -ct.copysign(cos_i), eta }
 }
 
-/// Schlick's approximation of the reflectance at an interface, with the cosine on its less dense side, and total reflection
-/// where Snell's law has it. Its largest error at an index of 1.5 is 0.035693, at 84.975 degrees.
-/// Schlick 1994, "An Inexpensive BRDF BsdfModel for Physically-based Rendering", Computer Graphics Forum 13(3), eq. (15).
+/// Schlick's approximation of the reflectance, with the cosine on the less dense side. Total reflection follows Snell's
+/// law. The largest error at an index of 1.5 is 0.035693, at 84.975 degrees. Schlick 1994, "An Inexpensive BRDF Model
+/// for Physically-based Rendering", Computer Graphics Forum 13(3), eq. (15).
 #[must_use]
 pub fn schlick(cos_i: f64, eta: f64) -> Interface {
     let exact = dielectric(cos_i, eta);
@@ -48,28 +48,28 @@ pub fn schlick(cos_i: f64, eta: f64) -> Interface {
         return exact;
     }
     let cos = if exact.eta > 1.0 { cos_i } else { exact.cos_t }.abs();
-    let straight = ((exact.eta - 1.0) / (exact.eta + 1.0)).powi(2);
-    Interface { reflectance: straight + (1.0 - straight) * (1.0 - cos).powi(5), ..exact }
+    let normal_incidence = ((exact.eta - 1.0) / (exact.eta + 1.0)).powi(2);
+    Interface { reflectance: normal_incidence + (1.0 - normal_incidence) * (1.0 - cos).powi(5), ..exact }
 }
 
-/// An interface that reflects nothing but what Snell's law reflects totally.
+/// An interface that reflects only by total internal reflection.
 #[must_use]
 pub fn refracting(cos_i: f64, eta: f64) -> Interface {
     let exact = dielectric(cos_i, eta);
     if exact.reflectance == 1.0 { exact } else { Interface { reflectance: 0.0, ..exact } }
 }
 
-/// The refracted direction for a local `wi` on an interface already worked out by [`dielectric`].
+/// The refracted direction for a local `wi`, at an interface computed by [`dielectric`].
 #[must_use]
 pub fn refract(wi: DVec3, interface: &Interface) -> DVec3 {
     DVec3::new(-wi.x / interface.eta, -wi.y / interface.eta, interface.cos_t)
 }
 
-/// Fresnel's equations for a conductor of complex index `eta + i k`, relative to the outside, one channel at a time.
-/// Born and Wolf 1999, section 14.2; in the form of Lagarde 2013, "Memo on Fresnel equations".
+/// Fresnel's equations for a conductor with complex index `eta + i k` relative to the outside, for each channel. Born
+/// and Wolf 1999, section 14.2; in the form of Lagarde 2013, "Memo on Fresnel equations".
 #[must_use]
 pub fn conductor(cos_i: f64, eta: Rgb, k: Rgb) -> Rgb {
-    // No light gets into a perfect one: the formulas below say the same in more words.
+    // A perfect conductor reflects everything; the formulas below would give the same.
     if eta == Rgb::ZERO {
         return Rgb::ONE;
     }
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn no_interface_reflects_nothing_and_bends_nothing() {
+    fn equal_indices_neither_reflect_nor_refract() {
         for cos in [1.0, 0.3, 1e-9, -0.5] {
             let interface = dielectric(cos, 1.0);
             assert_eq!((interface.reflectance, interface.cos_t), (0.0, -cos));
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn a_perfect_conductor_reflects_all() {
+    fn a_perfect_conductor_reflects_everything() {
         assert_eq!(conductor(0.3, Rgb::ZERO, Rgb::ONE), Rgb::ONE);
     }
 }

@@ -1,4 +1,4 @@
-//! What must hold for every BSDF of the list, over all its examples.
+//! Laws of BSDFs, checked with every example of every plugin.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,18 +12,18 @@ use crate::{
     stats::{Chi2, Ks},
 };
 
-/// The laws of the list, and the closed forms of single members.
+/// The laws of all BSDFs, and the closed forms of some.
 pub const LAWS: &[Law] = &[
     Law {
         name: "bsdf/chi2",
-        claim: "Directions are drawn with the pdf that the BSDF states, and those it loses are accounted for.",
+        claim: "Sampled directions follow the pdf of the BSDF. Failed and delta samples are as frequent as its integral falls short of 1.",
         source: "Pearson's chi-square of a histogram against the integrated pdf; pooled cells are tested too",
         check: Check::Analytic(chi2),
     },
     Law {
         name: "bsdf/unit-length",
-        claim: "Drawn directions have unit length.",
-        source: "definition; catches a wrong radial warp, which a test of directions alone cannot see",
+        claim: "Sampled directions have unit length.",
+        source: "definition; detects a wrong radial warp, which a test of directions alone does not",
         check: Check::Analytic(unit_length),
     },
     Law {
@@ -34,64 +34,64 @@ pub const LAWS: &[Law] = &[
     },
     Law {
         name: "bsdf/energy",
-        claim: "No more light leaves than arrives: the excess of the directional albedo over 1, per channel, towards the camera.",
+        claim: "The directional albedo towards the camera does not exceed 1 in any channel.",
         source: "conservation of energy; metal is not reciprocal, and its adjoint exceeds 1 at grazing incidence",
         check: Check::Analytic(energy),
     },
     Law {
         name: "bsdf/reciprocity",
-        claim: "f(wi, wo) = f(wo, wi); for refraction, f / eta² is symmetric, and flux is the adjoint of radiance.",
+        claim: "f(wi, wo) = f(wo, wi). For refraction f / eta² is symmetric, and importance transport is the adjoint of radiance transport.",
         source: "Helmholtz; Veach 1997, section 5.2",
         check: Check::Analytic(reciprocity),
     },
     Law {
         name: "bsdf/rough-albedo",
-        claim: "White metal of roughness 0.3 reflects 0.87735842 at normal incidence with GGX, 0.99975237 with Beckmann.",
+        claim: "A white rough conductor of roughness 0.3 reflects 0.87735842 at normal incidence with GGX, and 0.99975237 with Beckmann.",
         source: "∫ D(m) G₁(2θ) cos θ dm, one-dimensional quadrature of Walter et al. 2007 at normal incidence",
         check: Check::Analytic(rough_albedo),
     },
     Law {
         name: "bsdf/phong",
-        claim: "The lobe of the modified Phong model has the directional albedo of its closed form at exponents 1, 10 and 50 and \
-                five angles, and the white-sky albedo that follows.",
-        source: "by Stokes' theorem, with a recursion over the exponent; equal to a two-dimensional quadrature to 1e-9",
+        claim: "The glossy lobe of the modified Phong model has the directional albedo of its closed form at exponents 1, 10 and 50 \
+               and five angles. Its bihemispherical albedo follows from it.",
+        source: "Stokes' theorem, with a recursion over the exponent; equal to a two-dimensional quadrature to 1e-9",
         check: Check::Analytic(phong),
     },
     Law {
         name: "bsdf/metal",
-        claim: "Fuzzy metal has the pdf and the distribution of their closed forms, at roughness below and above 1, and the \
-                directional albedo at roughness up to 1.",
-        source: "the ball's volume by direction: ∫ s² ds along chords; below the horizon, the volume of a cap",
+        claim: "The bsdf \"metal\" has the pdf and the distribution of its closed forms at roughness below and above 1. It has \
+               the directional albedo of its closed form at roughness up to 1.",
+        source: "the volume of the sphere by direction: ∫ s² ds along chords; below the horizon, the volume of a cap",
         check: Check::Analytic(metal),
     },
     Law {
         name: "fresnel/schlick",
-        claim: "Schlick's approximation is off by 0.035693 at most at an index of 1.5, at 84.975 degrees, by as much from inside, \
-                by 0.059924 at 1.33 and 0.074036 at 2.4; its cosine-weighted mean is R0 + (1 - R0) / 21.",
-        source: "scan of the difference to Fresnel's equations; closed form of the mean",
+        claim: "At an index of 1.5, the greatest error of Schlick's approximation is 0.035693, at 84.975 degrees. It is the same from \
+               inside, 0.059924 at 1.33 and 0.074036 at 2.4. The cosine-weighted mean is R0 + (1 - R0) / 21.",
+        source: "a scan of the difference to Fresnel's equations; closed form of the mean",
         check: Check::Analytic(schlick),
     },
     Law {
         name: "fresnel/table",
-        claim: "Fresnel reflectance at an index of 1.5: normal 0.04, Brewster's angle, 45, 60, 75, 85 degrees, total reflection.",
+        claim: "The Fresnel reflectance at an index of 1.5 is correct at normal incidence (0.04), Brewster's angle, 45, 60, 75 and 85 degrees, and total reflection.",
         source: "Born and Wolf 1999, section 1.5; numbers by independent evaluation to 8 digits",
         check: Check::Analytic(fresnel_table),
     },
     Law {
         name: "fresnel/hemispherical",
-        claim: "Cosine-weighted Fresnel reflectance of an index of 1.5: 0.09177796 from outside, 0.59634576 from inside.",
+        claim: "The cosine-weighted Fresnel reflectance at an index of 1.5 is 0.09177796 from outside and 0.59634576 from inside.",
         source: "closed form from outside; from inside 1 - (1 - R) / n², by étendue",
         check: Check::Analytic(fresnel_hemispherical),
     },
     Law {
         name: "fresnel/conductor",
-        claim: "Conductor reflectance matches the complex-index form, and gold at normal incidence is (.967, .802, .324).",
+        claim: "The reflectance of a conductor matches its closed form at normal incidence; that of gold is (0.967, 0.802, 0.324).",
         source: "Born and Wolf 1999, section 14.2; R = ((n-1)² + k²) / ((n+1)² + k²)",
         check: Check::Analytic(fresnel_conductor),
     },
 ];
 
-/// Every example of the list, by name.
+/// The examples of all plugins, with a name for each.
 fn examples() -> impl Iterator<Item = (String, Bsdf)> {
     Bsdf::PLUGINS.iter().flat_map(|plugin| {
         plugin
@@ -107,7 +107,7 @@ fn from_xml(element: &str) -> Bsdf {
     Bsdf::read(&document, document.root).expect("examples are valid BSDFs")
 }
 
-/// Directions of incidence: straight, oblique, grazing, from behind.
+/// Directions of incidence (θ, φ) in degrees: near normal, oblique, grazing, from behind.
 const INCIDENCES: [(f64, f64); 5] = [(2.0, 10.0), (35.0, -40.0), (65.0, 100.0), (86.0, 200.0), (130.0, 60.0)];
 
 fn queries() -> impl Iterator<Item = (f64, Query)> {
@@ -118,9 +118,9 @@ fn queries() -> impl Iterator<Item = (f64, Query)> {
     })
 }
 
-/// Cells of the histogram, in the cosine and in the azimuth.
+/// The numbers of histogram cells in the cosine and in the azimuth.
 const CELLS: (usize, usize) = (24, 32);
-/// Points of the quadrature along each side of a cell to begin with, and at most.
+/// The first and the greatest number of quadrature points along each side of a cell.
 const POINTS: (usize, usize) = (24, 1536);
 
 fn chi2(effort: Effort) -> Vec<Finding> {
@@ -133,19 +133,21 @@ fn chi2(effort: Effort) -> Vec<Finding> {
             let subject = format!("{name}, incidence {theta}°");
             findings.push(match Chi2::goodness_of_fit(&observed, &expected, 5.0, 1) {
                 Some(test) => Finding::test(subject, format!("chi² = {:.1}, {} dof", test.statistic, test.dof), test.p),
-                None => Finding::error(format!("{subject}: nothing may be drawn"), drawn_outside(&observed), 0.0),
+                None => {
+                    Finding::error(format!("{subject}: no direction may be sampled"), sampled_outside(&observed), 0.0)
+                }
             });
         }
     }
     findings
 }
 
-/// How many samples fell where none may.
-fn drawn_outside(observed: &[u64]) -> f64 {
+/// The number of samples in cells where the pdf is zero.
+fn sampled_outside(observed: &[u64]) -> f64 {
     observed[..observed.len() - 1].iter().sum::<u64>() as f64
 }
 
-/// By cell, and last those that are lost or go in single directions.
+/// The expected number of samples in each cell, and last that of failed samples and delta lobes.
 fn expected_counts(bsdf: &Bsdf, query: &Query, samples: f64) -> Vec<f64> {
     let mut expected: Vec<f64> = (0..CELLS.0 * CELLS.1).map(|cell| expected_in(bsdf, query, samples, cell)).collect();
     let kept: f64 = expected.iter().sum();
@@ -153,8 +155,8 @@ fn expected_counts(bsdf: &Bsdf, query: &Query, samples: f64) -> Vec<f64> {
     expected
 }
 
-/// By the midpoint rule with ever more points, closer together towards the upper pole, until its error is small beside
-/// the scatter of the count.
+/// The expected number of samples in a cell. The midpoint rule doubles its points, which are denser towards the upper
+/// pole, until its error is small compared with the standard deviation of the count.
 fn expected_in(bsdf: &Bsdf, query: &Query, samples: f64, cell: usize) -> f64 {
     let count = |points: usize| {
         let area = 2.0 * TAU / (CELLS.0 * CELLS.1 * points * points) as f64;
@@ -173,7 +175,8 @@ fn expected_in(bsdf: &Bsdf, query: &Query, samples: f64, cell: usize) -> f64 {
         points *= 2;
         let now = count(points);
         if (now - before).abs() <= 0.02 * now.max(1.0).sqrt() {
-            // The error falls with the square of the points where the density is smooth (Richardson).
+            // Where the pdf is smooth, the error falls with the square of the number of points (Richardson
+            // extrapolation).
             return now + (now - before) / 3.0;
         }
         before = now;
@@ -184,8 +187,8 @@ fn expected_in(bsdf: &Bsdf, query: &Query, samples: f64, cell: usize) -> f64 {
 fn observed_counts(bsdf: &Bsdf, query: &Query, samples: u32, mut stream: Stream) -> Vec<u64> {
     let mut observed = vec![0; CELLS.0 * CELLS.1 + 1];
     for _ in 0..samples {
-        let drawn = bsdf.sample(query, stream.next_1d(), stream.next_2d());
-        let cell = drawn.filter(|sample| sample.lobe == Lobe::Smooth).map_or(CELLS.0 * CELLS.1, |sample| {
+        let sampled = bsdf.sample(query, stream.next_1d(), stream.next_2d());
+        let cell = sampled.filter(|sample| sample.lobe == Lobe::Smooth).map_or(CELLS.0 * CELLS.1, |sample| {
             let z = (0.5 * (sample.wo.z + 1.0) * CELLS.0 as f64) as usize;
             let azimuth = sample.wo.y.atan2(sample.wo.x).rem_euclid(TAU) / TAU * CELLS.1 as f64;
             z.min(CELLS.0 - 1) * CELLS.1 + (azimuth as usize).min(CELLS.1 - 1)
@@ -195,8 +198,8 @@ fn observed_counts(bsdf: &Bsdf, query: &Query, samples: u32, mut stream: Stream)
     observed
 }
 
-/// Some samples of every example from every incidence, of what comes from the camera and from lights.
-fn for_samples(mut visit: impl FnMut(&str, &Bsdf, &Query, &super::Sample)) {
+/// Calls `visit` with samples of every example, for every incidence and both transport modes.
+fn for_samples(mut visit: impl FnMut(&str, &Bsdf, &Query, &super::BsdfSample)) {
     for (name, bsdf) in examples() {
         let from_light = |(theta, query)| (theta, Query { mode: TransportMode::Importance, ..query });
         for (_, query) in queries().chain(queries().map(from_light)) {
@@ -227,8 +230,8 @@ fn weight(_: Effort) -> Vec<Finding> {
     })
 }
 
-/// By quadrature for smooth lobes; for single directions, the sum of what the choices carry. Radiance may exceed 1
-/// on its way into a dense medium, flux may not.
+/// Uses quadrature for smooth lobes and the sum of the weights for delta lobes. Delta lobes are measured in importance
+/// transport, because radiance may exceed 1 on refraction into a dense medium.
 fn energy(_: Effort) -> Vec<Finding> {
     worst(2e-3, |note| {
         for (name, bsdf) in examples() {
@@ -240,7 +243,7 @@ fn energy(_: Effort) -> Vec<Finding> {
     })
     .into_iter()
     .map(|finding| match finding.measured {
-        // An albedo below 1 is no excess.
+        // An albedo below 1 is not an excess.
         crate::law::Measured::Value { value, bound, .. } => Finding::error(finding.subject, value.max(0.0), bound),
         measured => Finding { measured, ..finding },
     })
@@ -252,12 +255,12 @@ fn smooth_albedo(bsdf: &Bsdf, query: &Query) -> Rgb {
     let mut sum = Rgb::ZERO;
     for i in 0..N * N {
         let u = DVec2::new((i / N) as f64 + 0.5, (i % N) as f64 + 0.5) / N as f64;
-        sum += bsdf.eval_cos(query, warp::square_to_sphere(u)) / (warp::SPHERE_DENSITY * (N * N) as f64);
+        sum += bsdf.eval_cos(query, warp::square_to_sphere(u)) / (warp::SQUARE_TO_SPHERE_PDF * (N * N) as f64);
     }
     sum
 }
 
-/// The mean weight of drawn single directions, over an even spread of the choosing number.
+/// The mean weight of sampled delta lobes, over evenly spaced values of `u1`.
 fn delta_albedo(bsdf: &Bsdf, query: &Query) -> Rgb {
     const N: usize = 1000;
     let choices = (0..N).filter_map(|i| bsdf.sample(query, (i as f64 + 0.5) / N as f64, DVec2::splat(0.5)));
@@ -277,10 +280,10 @@ fn reciprocity(_: Effort) -> Vec<Finding> {
                 note(name, (there - back).abs().max_element() / there.max_element());
                 return;
             }
-            let same_way = |back: &super::Sample| back.wo.dot(query.wi) > 1.0 - 1e-9;
+            let is_reverse = |back: &super::BsdfSample| back.wo.dot(query.wi) > 1.0 - 1e-9;
             let choices = (0..256).map(|i| (f64::from(i) + 0.5) / 256.0).chain([1e-9, 1.0 - 1e-9]);
             let mut choices = choices.filter_map(|u| bsdf.sample(&reverse, u, DVec2::splat(0.5)));
-            let back = choices.find(same_way).expect("a single direction can be taken back");
+            let back = choices.find(is_reverse).expect("a delta direction has a reverse");
             let there = sample.weight * (sample.pdf.0 * sample.eta * sample.eta);
             let back = back.weight * back.pdf.0;
             note(name, (there - back).abs().max_element() / there.max_element());
@@ -289,7 +292,8 @@ fn reciprocity(_: Effort) -> Vec<Finding> {
 }
 
 fn rough_albedo(_: Effort) -> Vec<Finding> {
-    let straight = Query { wi: DVec3::new(1e-6, 0.0, 1.0).normalize(), uv: DVec2::ZERO, mode: TransportMode::Radiance };
+    let normal_incidence =
+        Query { wi: DVec3::new(1e-6, 0.0, 1.0).normalize(), uv: DVec2::ZERO, mode: TransportMode::Radiance };
     [("ggx", 0.877_358_42, 5e-4), ("beckmann", 0.999_752_37, 5e-4)]
         .into_iter()
         .map(|(distribution, expected, bound)| {
@@ -297,12 +301,12 @@ fn rough_albedo(_: Effort) -> Vec<Finding> {
                 r#"<bsdf type="roughconductor"><string name="distribution" value="{distribution}"/>
                    <float name="alpha" value="0.3"/></bsdf>"#
             ));
-            Finding::value(distribution, smooth_albedo(&bsdf, &straight).x, expected, bound)
+            Finding::value(distribution, smooth_albedo(&bsdf, &normal_incidence).x, expected, bound)
         })
         .collect()
 }
 
-/// By the midpoint rule in the azimuth and in `s` with a cosine of `1 - s²`.
+/// The directional albedo by the midpoint rule in the azimuth and in `s`, with a cosine of `1 - s²`.
 fn albedo_at(bsdf: &Bsdf, cos: f64) -> f64 {
     const N: usize = 1200;
     let wi = DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
@@ -310,7 +314,7 @@ fn albedo_at(bsdf: &Bsdf, cos: f64) -> f64 {
     let value = |i: usize, j: usize| {
         let s = (i as f64 + 0.5) / N as f64;
         let z = 1.0 - s * s;
-        // The other half of the azimuths is the same.
+        // The other half of the azimuths is symmetric.
         let (sin, cos) = (0.5 * TAU * (j as f64 + 0.5) / N as f64).sin_cos();
         let radius = (1.0 - z * z).sqrt();
         2.0 * s * bsdf.eval_cos(&query, DVec3::new(radius * cos, radius * sin, z)).x
@@ -318,7 +322,7 @@ fn albedo_at(bsdf: &Bsdf, cos: f64) -> f64 {
     (0..N * N).map(|k| value(k / N, k % N)).sum::<f64>() * TAU / (N * N) as f64
 }
 
-/// The directional albedo of the lobe for an integer exponent.
+/// The directional albedo of the glossy Phong lobe with an integer exponent.
 fn phong_albedo(n: u32, theta: f64) -> f64 {
     let (sin, cos) = theta.sin_cos();
     // W_k = √π Γ((k + 1) / 2) / Γ(k / 2 + 1) = ∫ sinᵏ over half a turn.
@@ -354,7 +358,7 @@ fn phong(_: Effort) -> Vec<Finding> {
         Finding::value(format!("n = {n}, {degrees}°, the closed form"), closed, expected, 2e-9)
     };
     let mut findings: Vec<_> = TABLE.into_iter().map(table).collect();
-    for (n, white_sky) in [(1, 0.737_402_20), (10, 0.673_502_60), (50, 0.667_386_38)] {
+    for (n, bihemispherical) in [(1, 0.737_402_20), (10, 0.673_502_60), (50, 0.667_386_38)] {
         let bsdf = from_xml(&format!(
             r#"<bsdf type="phong"><float name="diffuse_reflectance" value="0"/><float name="specular_reflectance" value="1"/>
                <float name="exponent" value="{n}"/></bsdf>"#
@@ -367,49 +371,51 @@ fn phong(_: Effort) -> Vec<Finding> {
         const N: usize = 20_000;
         let cos = |i: usize| (i as f64 + 0.5) / N as f64;
         let mean: f64 = (0..N).map(|i| 2.0 * cos(i) * phong_albedo(n, cos(i).acos())).sum::<f64>() / N as f64;
-        findings.push(Finding::value(format!("n = {n}, white sky"), mean, white_sky, 1e-7));
+        findings.push(Finding::value(format!("n = {n}, bihemispherical"), mean, bihemispherical, 1e-7));
     }
     findings
 }
 
-fn fuzzy(roughness: f64) -> Bsdf {
+fn metal_bsdf(roughness: f64) -> Bsdf {
     from_xml(&format!(r#"<bsdf type="metal"><float name="roughness" value="{roughness}"/></bsdf>"#))
 }
 
 fn metal(effort: Effort) -> Vec<Finding> {
     let mut findings = Vec::new();
-    let straight = Query { wi: DVec3::Z, uv: DVec2::ZERO, mode: TransportMode::Radiance };
+    let normal_incidence = Query { wi: DVec3::Z, uv: DVec2::ZERO, mode: TransportMode::Radiance };
     let at = |cos: f64| DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
     for (roughness, cos, expected) in
         [(0.3, 0.98, 3.879_505_292_9), (0.7, 0.9, 0.693_823_948_2), (1.0, 0.5, 0.079_577_471_5)]
     {
-        let pdf = fuzzy(roughness).pdf(&straight, at(cos)).0;
+        let pdf = metal_bsdf(roughness).pdf(&normal_incidence, at(cos)).0;
         findings.push(Finding::value(format!("pdf, ρ = {roughness}, μ = {cos}"), pdf, expected, 1e-9));
     }
-    // An obtuse angle to the mirror direction, at oblique incidence.
-    let oblique = Query { wi: at(0.3), ..straight };
+    // A direction at an obtuse angle to the mirror direction, at oblique incidence.
+    let oblique = Query { wi: at(0.3), ..normal_incidence };
     let mirror = DVec3::new(-oblique.wi.x, 0.0, 0.3);
     let across = DVec3::new(mirror.z, 0.0, -mirror.x);
     let backwards = -0.5 * mirror + 0.75_f64.sqrt() * across;
-    let pdf = fuzzy(1.5).pdf(&oblique, backwards).0;
+    let pdf = metal_bsdf(1.5).pdf(&oblique, backwards).0;
     findings.push(Finding::value("pdf, ρ = 1.5, μ = -0.5", pdf, 0.008_975_772, 1e-9));
     for roughness in [0.05, 0.3, 0.7, 1.0_f64] {
-        let bsdf = fuzzy(roughness);
+        let bsdf = metal_bsdf(roughness);
         let mut stream = Stream::at(&[13, roughness.to_bits()]);
-        let draw = |_| bsdf.sample(&straight, stream.next_1d(), stream.next_2d()).map_or(0.0, |sample| sample.wo.z);
-        let cosines: Vec<f64> = (0..effort.samples(20_000)).map(draw).collect();
+        let cosine =
+            |_| bsdf.sample(&normal_incidence, stream.next_1d(), stream.next_2d()).map_or(0.0, |sample| sample.wo.z);
+        let cosines: Vec<f64> = (0..effort.samples(20_000)).map(cosine).collect();
         let test = Ks::one_sample(&cosines, |cos| {
             cos * (roughness * roughness - 1.0 + cos * cos).max(0.0).powf(1.5) / roughness.powi(3)
         });
         let statistic = format!("D = {:.5}", test.statistic);
         findings.push(Finding::test(format!("distribution, ρ = {roughness}"), statistic, test.p));
     }
-    // Above 1, directions in the lower half are lost.
-    let bsdf = fuzzy(1.5);
+    // At roughness above 1, directions in the lower hemisphere are absorbed.
+    let bsdf = metal_bsdf(1.5);
     let mut stream = Stream::at(&[14]);
-    let kept = (0..effort.samples(20_000)).filter_map(|_| bsdf.sample(&straight, stream.next_1d(), stream.next_2d()));
+    let kept =
+        (0..effort.samples(20_000)).filter_map(|_| bsdf.sample(&normal_incidence, stream.next_1d(), stream.next_2d()));
     let cosines: Vec<f64> = kept.map(|sample| sample.wo.z).collect();
-    // The antiderivative of the density by the cosine, up to a factor.
+    // The antiderivative of the pdf over the cosine, up to a factor.
     let integral = |cos: f64| cos.powi(4) + 1.875 * cos * cos + cos * (1.25 + cos * cos).powf(1.5);
     let test = Ks::one_sample(&cosines, |cos| integral(cos) / integral(1.0));
     findings.push(Finding::test("distribution, ρ = 1.5", format!("D = {:.5}", test.statistic), test.p));
@@ -419,7 +425,7 @@ fn metal(effort: Effort) -> Vec<Finding> {
         let closed = 1.0 - 0.25 * (2.0 - 3.0 * z + z * z * z);
         let subject = format!("albedo, ρ = {roughness}, {degrees}°");
         findings.push(Finding::value(format!("{subject}, the closed form"), closed, expected, 1e-6));
-        findings.push(Finding::value(subject, albedo_at(&fuzzy(roughness), cos), closed, 1e-4));
+        findings.push(Finding::value(subject, albedo_at(&metal_bsdf(roughness), cos), closed, 1e-4));
     }
     findings
 }
@@ -439,13 +445,13 @@ fn schlick(_: Effort) -> Vec<Finding> {
         let at = greatest(eta, 1.0);
         findings.push(Finding::value(format!("n = {eta}, greatest error"), error(at, eta), expected, 1e-6));
         findings.push(Finding::value(format!("n = {eta}, at degrees"), at, angle, 2e-3));
-        // From inside, at the refracted angle, everything is the same.
+        // From inside, the error at the refracted angle is the same.
         let cos = -(at.to_radians().sin() / eta).asin().cos();
         let inside = fresnel::schlick(cos, eta).reflectance - fresnel::dielectric(cos, eta).reflectance;
         findings.push(Finding::value(format!("n = {eta}, from inside"), inside, expected, 1e-6));
     }
     let at = greatest(1.5, -1.0);
-    findings.push(Finding::value("n = 1.5, greatest in want", error(at, 1.5), -0.019_626, 1e-6));
+    findings.push(Finding::value("n = 1.5, greatest negative error", error(at, 1.5), -0.019_626, 1e-6));
     let worst_inside = (0..N)
         .map(|i| -degrees(i).to_radians().cos())
         .map(|cos| (fresnel::schlick(cos, 1.5).reflectance - fresnel::dielectric(cos, 1.5).reflectance).abs())
@@ -465,14 +471,14 @@ fn fresnel_table(_: Effort) -> Vec<Finding> {
         .into_iter()
         .map(|(degrees, expected)| Finding::value(format!("{degrees}°"), reflectance(degrees), expected, 1e-8))
         .collect();
-    // At Brewster's angle only the perpendicular half is reflected: ((n² - 1) / (n² + 1))² / 2.
+    // At Brewster's angle only the perpendicular polarisation is reflected: ((n² - 1) / (n² + 1))² / 2.
     let brewster = 1.5_f64.atan();
     let half = 0.5 * (1.25_f64 / 3.25).powi(2);
     findings.push(Finding::value("Brewster, 56.309932°", reflectance(brewster.to_degrees()), half, 1e-14));
     let from_inside = |degrees: f64| fresnel::dielectric(-degrees.to_radians().cos(), 1.5);
     findings.push(Finding::value("inside, 41.82°: total", from_inside(41.82).reflectance, 1.0, 0.0));
     findings.push(Finding::value("inside, 41.80°: partial", from_inside(41.80).reflectance, 0.890_771_921_5, 1e-9));
-    // The same pair of angles reflects the same from both sides.
+    // The reflectance is the same from both sides of a refracted ray.
     let t = (45.0_f64.to_radians().sin() / 1.5).asin();
     findings.push(Finding::value("inside, 45° refracted", from_inside(t.to_degrees()).reflectance, 0.050_239_91, 1e-8));
     findings
@@ -496,11 +502,16 @@ fn fresnel_hemispherical(_: Effort) -> Vec<Finding> {
 
 fn fresnel_conductor(_: Effort) -> Vec<Finding> {
     let (eta, k) = (Rgb::new(0.2, 1.0, 3.0), Rgb::new(3.9, 2.0, 0.5));
-    let straight = fresnel::conductor(1.0, eta, k);
+    let normal_incidence = fresnel::conductor(1.0, eta, k);
     let mut findings: Vec<_> = (0..3)
         .map(|i| {
             let expected = ((eta[i] - 1.0).powi(2) + k[i] * k[i]) / ((eta[i] + 1.0).powi(2) + k[i] * k[i]);
-            Finding::value(format!("n = {}, k = {}, straight", eta[i], k[i]), straight[i], expected, 1e-14)
+            Finding::value(
+                format!("n = {}, k = {}, normal incidence", eta[i], k[i]),
+                normal_incidence[i],
+                expected,
+                1e-14,
+            )
         })
         .collect();
     let gold = from_xml(r#"<bsdf type="conductor"><string name="material" value="Au"/></bsdf>"#).albedo(DVec2::ZERO);

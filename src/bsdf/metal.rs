@@ -2,43 +2,50 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use super::{BsdfModel, Lobe, Query, Sample, TransportMode, reflect};
+use super::{BsdfModel, BsdfSample, Lobe, Query, TransportMode, reflect};
 use crate::{
     math::{Frame, PerSolidAngle, Rgb, cos_theta, warp},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     texture::{Texture, TextureModel as _},
 };
 
-/// A mirror with fuzz: light goes where a path from the camera is sent by `r + ρ u`, with `r` the mirror direction,
-/// `ρ` the roughness and `u` uniform in the unit ball; what would go below the surface is absorbed. Black on its back.
+/// A mirror with a blurred reflection. A path from the camera is reflected along `r + ρ u`, with `r` the mirror
+/// direction, `ρ` the roughness and `u` uniform in the unit sphere. Light in directions below the surface is absorbed.
+/// The back is black.
 ///
-/// With `μ` the cosine to the mirror direction and `κ = μ² + ρ² - 1`, the density is `√κ (3 μ² + κ) / 2πρ³` for
-/// `ρ <= 1`, where `κ > 0` and `μ > 0`, and `(μ + √κ)³ / 4πρ³` for `ρ > 1`: the square of the distance, `s² ds`,
-/// integrated along the chord that a direction cuts out of the ball.
+/// With `μ` the cosine to the mirror direction and `κ = μ² + ρ² - 1`, the pdf is `√κ (3 μ² + κ) / 2πρ³` for `ρ <= 1`,
+/// where `κ > 0` and `μ > 0`, and `(μ + √κ)³ / 4πρ³` for `ρ > 1`. It is the integral of `s² ds` over the chord that the
+/// direction cuts out of the sphere.
 ///
-/// The model is not reciprocal: `f cos θ(wo)` is the density, so `f(a, b) / f(b, a) = cos a / cos b`. Paths from a light
-/// therefore use the adjoint, the same directions with the weight `cos θ(wo) / cos θ(wi)`, and both ways estimate the
-/// same image. Seen from the light it reflects more than it receives at grazing incidence; only towards the camera
-/// does it keep energy.
+/// The model is not reciprocal: `f cos θ(wo)` is the pdf, so `f(a, b) / f(b, a) = cos a / cos b`. Paths from an emitter
+/// therefore use the adjoint BSDF: the same directions with the weight `cos θ(wo) / cos θ(wi)`. Both transport modes
+/// then estimate the same image. The adjoint reflects more light than arrives at grazing incidence; energy is conserved
+/// only towards the camera.
 #[derive(Clone, Debug)]
 pub struct Metal {
     reflectance: Texture,
     roughness: f64,
 }
 
-/// What is smoother is a mirror: no direction of 64-bit numbers could tell.
-const SMOOTHEST: f64 = 1e-7;
+/// A smaller roughness becomes a mirror: 64-bit floats could not represent its directions.
+const MIN_ROUGHNESS: f64 = 1e-7;
 
 impl Described for Metal {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
+        manual: manual!("metal.rs": "Metal"),
         name: "metal",
-        summary: "A mirror whose directions are blurred by a ball; not reciprocal.",
+        summary: "A mirror with reflected directions offset within a sphere; not reciprocal.",
         params: &[
-            Param::new("reflectance", ParamKind::Texture, "1", "the share of light that is reflected")
+            Param::new("reflectance", ParamKind::Texture, "1", "the fraction of light that is reflected")
                 .within(Range::UNIT),
-            Param::new("roughness", ParamKind::Float, "0", "the radius of the ball; below 1e-7 a mirror")
-                .within(Range { min: 0.0, max: 10.0, open: false }),
+            Param::new(
+                "roughness",
+                ParamKind::Float,
+                "0",
+                "the radius of the sphere; below 1e-7 the surface is a mirror",
+            )
+            .within(Range { min: 0.0, max: 10.0, open: false }),
         ],
         examples: &[
             r#"<bsdf type="metal"><rgb name="reflectance" value="0.9, 0.7, 0.4"/><float name="roughness" value="0.3"/></bsdf>"#,
@@ -53,13 +60,13 @@ impl Described for Metal {
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
         let roughness = params.float("roughness")?;
-        let roughness = if roughness < SMOOTHEST { 0.0 } else { roughness };
+        let roughness = if roughness < MIN_ROUGHNESS { 0.0 } else { roughness };
         Ok(Self { reflectance: Texture::of(params, "reflectance")?, roughness })
     }
 }
 
 impl Metal {
-    /// The density of a direction, from the square of the sine and the cosine to the mirror direction.
+    /// The pdf of a direction, from the squared sine and the cosine to the mirror direction.
     pub(super) fn lobe(roughness: f64, sin_squared: f64, cos: f64) -> f64 {
         let kappa = roughness * roughness - sin_squared;
         if kappa <= 0.0 || (roughness <= 1.0 && cos <= 0.0) {
@@ -82,7 +89,7 @@ impl Metal {
         Self::lobe(self.roughness, mirror.cross(wo).length_squared(), mirror.dot(wo))
     }
 
-    /// What a path from a light carries more than one from the camera.
+    /// The factor by which importance transport differs from radiance transport.
     fn adjoint(query: &Query, wo: DVec3) -> f64 {
         match query.mode {
             TransportMode::Radiance => 1.0,
@@ -115,24 +122,24 @@ impl BsdfModel for Metal {
         PerSolidAngle(if self.is_smooth() { self.lobe_between(query, wo) } else { 0.0 })
     }
 
-    fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<Sample> {
+    fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<BsdfSample> {
         if cos_theta(query.wi) <= 0.0 {
             return None;
         }
         let mirror = reflect(query.wi);
         let weight = self.reflectance.eval(query.uv);
         if !self.is_smooth() {
-            return Some(Sample { wo: mirror, weight, pdf: PerSolidAngle(1.0), lobe: Lobe::Delta, eta: 1.0 });
+            return Some(BsdfSample { wo: mirror, weight, pdf: PerSolidAngle(1.0), lobe: Lobe::Delta, eta: 1.0 });
         }
-        // About the mirror direction, so that no digits are lost in narrow lobes.
-        let ball = u1.cbrt() * warp::square_to_sphere(u2);
-        let offset = self.roughness * ball + DVec3::Z;
+        // The offset is added in the frame of the mirror direction, so that narrow lobes keep their precision.
+        let in_sphere = u1.cbrt() * warp::square_to_sphere(u2);
+        let offset = self.roughness * in_sphere + DVec3::Z;
         let wo = Frame::from_normal(mirror).to_world(offset).try_normalize()?;
         let pdf = self.pdf(query, wo);
         if pdf.0 == 0.0 {
             return None;
         }
-        Some(Sample { wo, weight: weight * Self::adjoint(query, wo), pdf, lobe: Lobe::Smooth, eta: 1.0 })
+        Some(BsdfSample { wo, weight: weight * Self::adjoint(query, wo), pdf, lobe: Lobe::Smooth, eta: 1.0 })
     }
 
     fn albedo(&self, uv: DVec2) -> Rgb {

@@ -4,27 +4,27 @@ use glam::{DVec2, DVec3};
 
 use crate::math::warp;
 
-/// The distribution of the facets' normals.
+/// The distribution of microfacet normals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum DistributionKind {
     Beckmann,
     Ggx,
 }
 
-/// A surface of small mirrors. All normals and directions lie above the surface.
-/// Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces"; anisotropic form after Heitz 2014,
+/// A microfacet distribution with Smith's masking function. All normals and directions lie above the surface. Walter et
+/// al. 2007, "Microfacet Models for Refraction through Rough Surfaces"; anisotropic form after Heitz 2014,
 /// "Understanding the Masking-Shadowing Function".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MicrofacetDistribution {
     pub(super) kind: DistributionKind,
     /// Root mean square slopes (Beckmann) or their GGX counterparts, along x and y.
     pub(super) alpha: DVec2,
-    /// Whether normals are drawn as they are seen from `wi`, or as they are distributed.
+    /// Whether GGX normals are sampled from the distribution visible from `wi`, instead of from `D(m) cos θ(m)`.
     pub(super) visible: bool,
 }
 
 impl MicrofacetDistribution {
-    /// The density of facets `D(m)`, normalised such that `∫ D(m) cos θ(m) dm = 1`.
+    /// The distribution function `D(m)`, normalised such that `∫ D(m) cos θ(m) dm = 1`.
     pub(super) fn distribution(&self, m: DVec3) -> f64 {
         if m.z <= 0.0 {
             return 0.0;
@@ -38,7 +38,7 @@ impl MicrofacetDistribution {
         }
     }
 
-    /// Smith's masking of a direction, the share of facets around `m` that are seen from `v`.
+    /// Smith's masking function: the fraction of microfacets with normal `m` that are visible from `v`.
     pub(super) fn masking(&self, v: DVec3, m: DVec3) -> f64 {
         if v.dot(m) * v.z <= 0.0 {
             return 0.0;
@@ -57,7 +57,7 @@ impl MicrofacetDistribution {
         }
     }
 
-    /// Draws a facet's normal.
+    /// Samples a microfacet normal.
     pub(super) fn sample(&self, wi: DVec3, u: DVec2) -> DVec3 {
         match self.kind {
             DistributionKind::Ggx if self.visible => self.sample_visible_ggx(wi, u),
@@ -65,7 +65,7 @@ impl MicrofacetDistribution {
         }
     }
 
-    /// The density of [`MicrofacetDistribution::sample`], per solid angle of `m`.
+    /// The pdf of [`MicrofacetDistribution::sample`], per solid angle of `m`.
     pub(super) fn pdf(&self, wi: DVec3, m: DVec3) -> f64 {
         match self.kind {
             // Heitz 2014, eq. (2).
@@ -85,8 +85,8 @@ impl MicrofacetDistribution {
         (radius * self.alpha * DVec2::new(cos, sin)).extend(1.0).normalize()
     }
 
-    /// Heitz 2018, "Sampling the GGX Distribution of Visible Normals", JCGT 7(4): the stretched view sees a
-    /// hemisphere, whose projection is half a disc and half an ellipse.
+    /// Heitz 2018, "Sampling the GGX Distribution of Visible Normals", JCGT 7(4): in the stretched view, the visible
+    /// normals form a hemisphere, whose projection is half a disc and half an ellipse.
     fn sample_visible_ggx(&self, wi: DVec3, u: DVec2) -> DVec3 {
         let view = (wi.truncate() * self.alpha).extend(wi.z).normalize();
         let across =
@@ -94,8 +94,8 @@ impl MicrofacetDistribution {
         let up = view.cross(across);
         let disc = warp::square_to_disc(u);
         let half_width = (1.0 - disc.x * disc.x).max(0.0).sqrt();
-        let seen = 0.5 * (1.0 + view.z);
-        let y = (1.0 - seen) * half_width + seen * disc.y;
+        let lower_weight = 0.5 * (1.0 + view.z);
+        let y = (1.0 - lower_weight) * half_width + lower_weight * disc.y;
         let depth = (1.0 - disc.x * disc.x - y * y).max(0.0).sqrt();
         let hemisphere = disc.x * across + y * up + depth * view;
         (hemisphere.truncate() * self.alpha).extend(hemisphere.z.max(0.0)).normalize()
@@ -106,11 +106,11 @@ impl MicrofacetDistribution {
 mod tests {
     use super::*;
 
-    /// `∫ D cos dm = 1` by quadrature in the slope radius, where both distributions are smooth.
+    /// `∫ D cos dm = 1` by quadrature over the cosine and the azimuth.
     #[test]
-    fn the_projected_area_of_the_facets_is_one() {
+    fn the_projected_area_of_the_microfacets_is_one() {
         for kind in [DistributionKind::Beckmann, DistributionKind::Ggx] {
-            let facets = MicrofacetDistribution { kind, alpha: DVec2::new(0.2, 0.5), visible: true };
+            let model = MicrofacetDistribution { kind, alpha: DVec2::new(0.2, 0.5), visible: true };
             let (n, mut sum) = (400, 0.0);
             for i in 0..n {
                 for j in 0..n {
@@ -118,7 +118,7 @@ mod tests {
                     let phi = TAU * (j as f64 + 0.5) / n as f64;
                     let sin = (1.0 - cos * cos).sqrt();
                     let m = DVec3::new(sin * phi.cos(), sin * phi.sin(), cos);
-                    sum += facets.distribution(m) * cos * TAU / (n * n) as f64;
+                    sum += model.distribution(m) * cos * TAU / (n * n) as f64;
                 }
             }
             assert!((sum - 1.0).abs() < 2e-3, "{kind:?} {sum}");

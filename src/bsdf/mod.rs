@@ -1,8 +1,8 @@
-//! Materials: bidirectional scattering distribution functions (BSDFs).
+//! BSDFs: how surfaces scatter light.
 //!
-//! Directions are local unit vectors; the shading normal is +z. As in Mitsuba, `wi` points back along the path (to the camera,
-//! in path tracing), and `wo` is the direction that is sampled or evaluated. [`BsdfModel::eval_cos`] includes the cosine of
-//! `wo`; all densities are per solid angle of `wo`.
+//! Directions are local: the shading normal is +z. As in Mitsuba, `wi` points back along the path (to the camera, in
+//! path tracing), and `wo` is the direction that is evaluated or sampled. [`BsdfModel::eval_cos`] includes the cosine
+//! of `wo`. All pdfs are per solid angle of `wo`.
 
 mod blend;
 mod conductor;
@@ -38,144 +38,143 @@ use crate::{
     shape::Surface,
 };
 
-/// What travels along the path: radiance from a camera, or importance from a light (the flux of a particle).
-/// Radiance is scaled by 1/η² where it is refracted; importance is not (Veach 1997, section 5.2).
+/// The quantity that a path transports: radiance on paths from the camera, importance on paths from an emitter (the
+/// flux of a particle). Refraction scales radiance by 1/η² but leaves importance unchanged (Veach 1997, section 5.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TransportMode {
     /// Paths that start at the camera.
     Radiance,
-    /// Paths that start at a light.
+    /// Paths that start at an emitter.
     Importance,
 }
 
-/// The point and the direction for which a BSDF is evaluated or sampled.
+/// The arguments that every query of a BSDF shares.
 #[derive(Clone, Copy, Debug)]
 pub struct Query {
     /// The local unit direction back along the path.
     pub wi: DVec3,
     /// Texture coordinates.
     pub uv: DVec2,
-    /// The quantity that travels along the path.
+    /// The quantity that the path transports.
     pub mode: TransportMode,
 }
 
-/// The kind of scattering of a sample.
+/// The type of the lobe that a direction was sampled from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lobe {
-    /// A density over directions.
+    /// A lobe with a pdf over directions.
     Smooth,
-    /// A delta (specular) direction: a reflection or a refraction.
+    /// A delta lobe: specular reflection or refraction into one direction.
     Delta,
-    /// A delta direction straight on: the surface changes nothing.
+    /// A delta lobe in the direction `-wi`: the path continues straight.
     Null,
 }
 
 /// A sampled direction.
 #[derive(Clone, Copy, Debug)]
-pub struct Sample {
+pub struct BsdfSample {
     /// The local unit direction in which the path continues.
     pub wo: DVec3,
-    /// `eval_cos / pdf`; for a delta direction, its reflectance or transmittance divided by the probability of choosing it.
+    /// `eval_cos / pdf`; for a delta lobe, the fraction of light that it scatters over the probability of choosing it.
     pub weight: Rgb,
-    /// The density of `wo` in 1/sr; for a delta direction, the probability of choosing it.
+    /// The pdf of `wo`; for a delta lobe, the probability of choosing it.
     pub pdf: PerSolidAngle,
-    /// The kind of scattering.
+    /// The type of the sampled lobe.
     pub lobe: Lobe,
-    /// The index of refraction on the side of `wo` relative to that on the side of `wi`; 1 without refraction.
+    /// The index of refraction on the side of `wo` over that on the side of `wi`; 1 without refraction.
     pub eta: f64,
 }
 
 /// The interface of all BSDFs.
 #[enum_dispatch]
 pub trait BsdfModel {
-    /// Whether it has a component that is not a delta direction, so that emitter sampling can find light.
+    /// Whether the BSDF has a smooth lobe, so that emitter sampling can contribute.
     fn is_smooth(&self) -> bool;
 
-    /// `f(wi, wo) |cos θ(wo)|` in 1/sr, without delta directions.
+    /// `f(wi, wo) |cos θ(wo)|` of the smooth lobes.
     fn eval_cos(&self, query: &Query, wo: DVec3) -> Rgb;
 
-    /// The density with which [`BsdfModel::sample`] samples `wo`, without delta directions.
+    /// The pdf with which [`BsdfModel::sample`] samples `wo` from the smooth lobes.
     fn pdf(&self, query: &Query, wo: DVec3) -> PerSolidAngle;
 
-    /// Samples a direction with the numbers `u1` and `u2`, uniform on [0, 1). None if the light is absorbed or the sample has
-    /// a weight of 0.
-    fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<Sample>;
+    /// Samples a direction. None if the light is absorbed or the sample fails; a failed sample counts as zero.
+    fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<BsdfSample>;
 
-    /// The reflectance, from 0 to 1 in each channel. An approximation, for the albedo layer of `aov`.
+    /// The colour for the `albedo` layer: an approximation of the reflectance.
     fn albedo(&self, uv: DVec2) -> Rgb;
 
-    /// Whether its lobe is so narrow that a camera path should continue rather than gather photons, of which almost none lie
-    /// in the lobe.
+    /// Whether its lobes are so narrow that a camera path should continue through the surface instead of estimating
+    /// radiance from photons: hardly any photon arrives from within a narrow lobe.
     fn is_glossy(&self) -> bool {
         false
     }
 
-    /// Whether it has delta directions.
+    /// Whether the BSDF has a delta lobe.
     fn has_delta(&self) -> bool {
         !self.is_smooth()
     }
 
-    /// Whether light passes to the other side.
+    /// Whether the BSDF transmits light to the other side.
     fn transmits(&self) -> bool {
         false
     }
 
-    /// Whether it separates two media, so that its shape needs an inside and an outside.
+    /// Whether the surface separates two media, so that its shape needs an inside and an outside.
     fn is_interface(&self) -> bool {
         false
     }
 
-    /// The absorption coefficient of the medium on the side opposite to the normal, in 1/m.
+    /// The absorption coefficient of the medium below the normal, in 1/m.
     fn absorption(&self) -> Rgb {
         Rgb::ZERO
     }
 
-    /// The transmittance along a straight line through the surface, from 0 to 1; None if it is opaque.
+    /// The transmittance of the surface for a straight line through it; None if it is opaque.
     fn straight_transmittance(&self, _query: &Query) -> Option<Rgb> {
         None
     }
 
-    /// Whether it emits radiance anywhere.
+    /// Whether the material has self-emission.
     fn has_self_emission(&self) -> bool {
         false
     }
 
-    /// The radiance that one side of the surface emits. It is added when a path hits the surface, but it is never sampled as an
-    /// emitter; not physical.
+    /// The self-emission: radiance that one side of the surface adds to the image, independent of illumination. Not
+    /// physical.
     fn self_emission(&self, _surface: &Surface, _is_front: bool) -> Rgb {
         Rgb::ZERO
     }
 }
 
 catalogue! {
-    /// A material.
+    /// A BSDF.
     pub enum Bsdf: BsdfModel in Category::Bsdf, {
-        /// Diffuse reflection after Lambert.
+        /// Lambertian reflection.
         Diffuse(Diffuse),
         /// Smooth glass.
         Dielectric(Glass<Dielectric>),
-        /// Smooth glass after Schlick.
+        /// Smooth glass with Schlick's approximation.
         Schlick(Glass<Schlick>),
         /// A smooth metal.
         Conductor(Conductor),
         /// A rough metal.
         RoughConductor(RoughConductor),
-        /// A fuzzy mirror.
+        /// A mirror whose reflection is blurred.
         Metal(Metal),
         /// A glossy lobe around the mirror direction over a diffuse base.
         Phong(Phong),
-        /// A mixture of two materials.
+        /// A mixture of two BSDFs.
         Blend(Blend),
-        /// A material that has the same properties on both sides, or another one on its back.
+        /// A BSDF for each side of a surface.
         TwoSided(TwoSided),
-        /// An interface without effect.
+        /// An invisible surface.
         Null(Null),
         /// The shading normal as a colour.
         Normals(Normals),
     }
 }
 
-/// The mirror direction.
+/// The direction of specular reflection.
 fn reflect(wi: DVec3) -> DVec3 {
     DVec3::new(-wi.x, -wi.y, wi.z)
 }

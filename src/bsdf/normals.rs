@@ -1,20 +1,22 @@
 use glam::{DVec2, DVec3};
 
-use super::{BsdfModel, Query, Sample};
+use super::{BsdfModel, BsdfSample, Query};
 use crate::{
     math::{PerSolidAngle, Rgb},
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
     shape::Surface,
 };
 
-/// Shows the shading normal `n` of the world as the colour `(n + 1) / 2`, the same from both sides and whatever the
-/// light, and scatters nothing: to look at meshes. Not physical: it glows, and lights what is near.
+/// Shows the world-space shading normal `n` as the colour `(n + 1) / 2`, to inspect meshes. The colour is the same on
+/// both sides and independent of illumination. The surface does not scatter light. Not physical: its self-emission
+/// illuminates other surfaces.
 #[derive(Clone, Debug)]
 pub struct Normals;
 
 impl Described for Normals {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
+        manual: manual!("normals.rs": "Normals"),
         name: "normals",
         summary: "Shows the shading normal as a colour; not physical.",
         params: &[],
@@ -44,7 +46,7 @@ impl BsdfModel for Normals {
         PerSolidAngle(0.0)
     }
 
-    fn sample(&self, _query: &Query, _u1: f64, _u2: DVec2) -> Option<Sample> {
+    fn sample(&self, _query: &Query, _u1: f64, _u2: DVec2) -> Option<BsdfSample> {
         None
     }
 

@@ -1,21 +1,22 @@
 use glam::{DVec2, DVec3};
 
-use super::{BsdfModel, Lobe, Query, Sample};
+use super::{BsdfModel, BsdfSample, Lobe, Query};
 use crate::{
     math::{PerSolidAngle, Rgb},
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
 };
 
-/// A surface that is not there: paths go straight on. As in Mitsuba's `path`, it still stands in the way of a
-/// connection to a light, and it counts as a bounce.
+/// An invisible surface: paths continue straight through it. As in Mitsuba's `path`, it still blocks shadow rays, and
+/// it counts as a bounce.
 #[derive(Clone, Debug)]
 pub struct Null;
 
 impl Described for Null {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
+        manual: manual!("null.rs": "Null"),
         name: "null",
-        summary: "A surface that lets everything straight through.",
+        summary: "An invisible surface: light passes straight through.",
         params: &[],
         examples: &[r#"<bsdf type="null"/>"#],
         evidence: &["reference/null-panes"],
@@ -39,8 +40,8 @@ impl BsdfModel for Null {
         PerSolidAngle(0.0)
     }
 
-    fn sample(&self, query: &Query, _u1: f64, _u2: DVec2) -> Option<Sample> {
-        Some(Sample { wo: -query.wi, weight: Rgb::ONE, pdf: PerSolidAngle(1.0), lobe: Lobe::Null, eta: 1.0 })
+    fn sample(&self, query: &Query, _u1: f64, _u2: DVec2) -> Option<BsdfSample> {
+        Some(BsdfSample { wo: -query.wi, weight: Rgb::ONE, pdf: PerSolidAngle(1.0), lobe: Lobe::Null, eta: 1.0 })
     }
 
     fn albedo(&self, _uv: DVec2) -> Rgb {

@@ -2,20 +2,20 @@ use std::f64::consts::{FRAC_1_PI, TAU};
 
 use glam::{DVec2, DVec3};
 
-use super::{BsdfModel, Lobe, Query, Sample, reflect};
+use super::{BsdfModel, BsdfSample, Lobe, Query, reflect};
 use crate::{
     math::{Frame, PerSolidAngle, Rgb, cos_theta, warp},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     shape::Surface,
     texture::{Texture, TextureModel as _},
 };
 
-/// The modified Phong model: `f = kd / π + ks (n + 2) / 2π cosⁿ α`, with `α` the angle to the mirror direction, over the
-/// upper hemisphere. Black on its back. Lafortune and Willems 1994, "Using the modified Phong reflectance model for
+/// The modified Phong model: `f = kd / π + ks (n + 2) / 2π cosⁿ α`, with `α` the angle to the mirror direction, in the
+/// upper hemisphere. The back is black. Lafortune and Willems 1994, "Using the modified Phong reflectance model for
 /// physically based rendering", eq. (3) to (5).
 ///
-/// It reflects at most `kd + ks` of the light, which may not exceed 1, and less at grazing angles, where the lobe is cut
-/// off by the surface. `ambient` is radiance that the surface shows without light; not physical.
+/// The reflectance is at most `kd + ks`, which must not exceed 1. It is less at grazing angles, where the surface cuts
+/// off the lobe. `ambient` is radiance that the surface adds to the image without illumination; not physical.
 #[derive(Clone, Debug)]
 pub struct Phong {
     diffuse_reflectance: Texture,
@@ -27,25 +27,33 @@ pub struct Phong {
 impl Described for Phong {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
+        manual: manual!("phong.rs": "Phong"),
         name: "phong",
-        summary: "The modified Phong model: diffuse, with a lobe around the mirror direction.",
+        summary: "The modified Phong model: a diffuse lobe and a glossy lobe around the mirror direction.",
         params: &[
             Param::new(
                 "diffuse_reflectance",
                 ParamKind::Texture,
                 "0.5",
-                "the share of light that is reflected diffusely",
+                "the fraction of light that is reflected diffusely",
             )
             .within(Range::UNIT),
-            Param::new("specular_reflectance", ParamKind::Texture, "0.2", "the share that the lobe reflects at most")
-                .within(Range::UNIT),
-            Param::new("exponent", ParamKind::Float, "30", "how narrow the lobe is").within(Range {
-                min: 0.0,
-                max: 1e6,
-                open: false,
-            }),
-            Param::new("ambient", ParamKind::Rgb, "0", "radiance that it shows without light; not physical")
-                .within(Range::LIGHT),
+            Param::new(
+                "specular_reflectance",
+                ParamKind::Texture,
+                "0.2",
+                "the maximum fraction of light that the glossy lobe reflects",
+            )
+            .within(Range::UNIT),
+            Param::new("exponent", ParamKind::Float, "30", "the exponent of the glossy lobe; greater is narrower")
+                .within(Range { min: 0.0, max: 1e6, open: false }),
+            Param::new(
+                "ambient",
+                ParamKind::Rgb,
+                "0",
+                "radiance that the surface shows without illumination; not physical",
+            )
+            .within(Range::LIGHT),
         ],
         examples: &[
             r#"<bsdf type="phong"><rgb name="diffuse_reflectance" value="0.2, 0.5, 0.1"/>
@@ -63,8 +71,8 @@ impl Described for Phong {
         let specular_reflectance = Texture::of(params, "specular_reflectance")?;
         let greatest = (diffuse_reflectance.extremes().1 + specular_reflectance.extremes().1).max_element();
         if greatest > 1.0 + 1e-9 {
-            let what = format!("diffuse and specular reflectance add up to {greatest} at most");
-            return Err(params.error("specular_reflectance", what).hint("they may be 1 together"));
+            let what = format!("diffuse and specular reflectance add up to {greatest}");
+            return Err(params.error("specular_reflectance", what).hint("their sum must not exceed 1"));
         }
         let (exponent, ambient) = (params.float("exponent")?, params.rgb("ambient")?);
         Ok(Self { diffuse_reflectance, specular_reflectance, exponent, ambient })
@@ -72,20 +80,20 @@ impl Described for Phong {
 }
 
 impl Phong {
-    /// The chance to draw from the lobe.
-    fn lobe_chance(&self, uv: DVec2) -> f64 {
+    /// The probability of sampling the glossy lobe.
+    fn lobe_probability(&self, uv: DVec2) -> f64 {
         let (diffuse, lobe) = (self.diffuse_reflectance.eval(uv), self.specular_reflectance.eval(uv));
         let (diffuse, lobe) = (diffuse.element_sum(), lobe.element_sum());
         if lobe == 0.0 { 0.0 } else { lobe / (diffuse + lobe) }
     }
 
-    /// `cosⁿ α` as far as the cosine is positive.
+    /// `cosⁿ α`, or 0 where the cosine is not positive.
     fn power(&self, query: &Query, wo: DVec3) -> f64 {
         let cos = reflect(query.wi).dot(wo);
         if cos > 0.0 { cos.powf(self.exponent) } else { 0.0 }
     }
 
-    /// What `eval_cos` and `pdf` say, which need the same power of a cosine.
+    /// `eval_cos` and `pdf` together, which share the power of a cosine.
     #[inline]
     fn eval_cos_and_pdf(&self, query: &Query, wo: DVec3) -> (Rgb, PerSolidAngle) {
         if cos_theta(query.wi) <= 0.0 || cos_theta(wo) <= 0.0 {
@@ -94,9 +102,10 @@ impl Phong {
         let power = self.power(query, wo);
         let diffuse = self.diffuse_reflectance.eval(query.uv) * FRAC_1_PI;
         let lobe = self.specular_reflectance.eval(query.uv) * ((self.exponent + 2.0) / TAU * power);
-        let chance = self.lobe_chance(query.uv);
+        let lobe_probability = self.lobe_probability(query.uv);
         let lobe_pdf = (self.exponent + 1.0) / TAU * power;
-        let pdf = (1.0 - chance) * warp::square_to_cosine_hemisphere_pdf(cos_theta(wo)) + chance * lobe_pdf;
+        let pdf = (1.0 - lobe_probability) * warp::square_to_cosine_hemisphere_pdf(cos_theta(wo))
+            + lobe_probability * lobe_pdf;
         ((diffuse + lobe) * cos_theta(wo), PerSolidAngle(pdf))
     }
 }
@@ -118,22 +127,22 @@ impl BsdfModel for Phong {
         self.eval_cos_and_pdf(query, wo).1
     }
 
-    fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<Sample> {
+    fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<BsdfSample> {
         if cos_theta(query.wi) <= 0.0 {
             return None;
         }
-        let wo = if u1 < self.lobe_chance(query.uv) {
+        let wo = if u1 < self.lobe_probability(query.uv) {
             let lobe = warp::square_to_cosine_power(u2, self.exponent);
             Frame::from_normal(reflect(query.wi)).to_world(lobe)
         } else {
             warp::square_to_cosine_hemisphere(u2)
         };
         let (value, pdf) = self.eval_cos_and_pdf(query, wo);
-        // Below the surface the lobe is lost.
+        // Directions of the lobe below the surface are absorbed.
         if pdf.0 == 0.0 {
             return None;
         }
-        Some(Sample { wo, weight: value / pdf.0, pdf, lobe: Lobe::Smooth, eta: 1.0 })
+        Some(BsdfSample { wo, weight: value / pdf.0, pdf, lobe: Lobe::Smooth, eta: 1.0 })
     }
 
     fn albedo(&self, uv: DVec2) -> Rgb {

@@ -1,24 +1,24 @@
 use glam::{DVec2, DVec3};
 
 use super::{
-    BsdfModel, Lobe, Query, Sample,
+    BsdfModel, BsdfSample, Lobe, Query,
     conductor::{self, ComplexIndex},
     microfacet::{DistributionKind as Distribution, MicrofacetDistribution},
 };
 use crate::{
     math::{PerSolidAngle, Rgb, cos_theta},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     texture::{Texture, TextureModel as _},
 };
 
-/// A rough metal: mirrors in all directions around the normal, each a smooth conductor, with Smith's masking and
-/// shadowing. Light that meets a second facet is lost, so that a white metal of GGX roughness 0.3 reflects 0.877 of
-/// what falls on it straight. Black on its back.
+/// A rough metal: a microfacet model of smooth conductors with Smith's masking and shadowing. Light that hits a second
+/// facet is lost, so a white metal of GGX roughness 0.3 reflects 0.877 of the light at normal incidence. The back is
+/// black.
 ///
 /// Walter et al. 2007, eq. (20): `f = F D G / 4 |cos θi| |cos θo|`.
 #[derive(Clone, Debug)]
 pub struct RoughConductor {
-    facets: MicrofacetDistribution,
+    distribution: MicrofacetDistribution,
     index: ComplexIndex,
     specular_reflectance: Texture,
 }
@@ -28,8 +28,9 @@ const ALPHA: Range = Range { min: 1e-4, max: 1e3, open: false };
 impl Described for RoughConductor {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
+        manual: manual!("roughconductor.rs": "RoughConductor"),
         name: "roughconductor",
-        summary: "A rough metal of small mirrors.",
+        summary: "A rough metal, with a microfacet model.",
         params: &[
             conductor::MATERIAL,
             conductor::ETA,
@@ -39,15 +40,20 @@ impl Described for RoughConductor {
                 "distribution",
                 ParamKind::Choice(&["beckmann", "ggx"]),
                 "beckmann",
-                "how the mirrors are turned",
+                "the distribution of microfacet normals",
             ),
-            Param::new("alpha", ParamKind::Float, "0.1", "the roughness, near the root mean square slope")
+            Param::new("alpha", ParamKind::Float, "0.1", "the roughness, about the root mean square slope")
                 .within(ALPHA),
             Param::optional("alpha_u", ParamKind::Float, "alpha", "the roughness along the first tangent")
                 .within(ALPHA),
             Param::optional("alpha_v", ParamKind::Float, "alpha", "the roughness along the second tangent")
                 .within(ALPHA),
-            Param::new("sample_visible", ParamKind::Boolean, "true", "draws GGX normals as they are seen; less noise"),
+            Param::new(
+                "sample_visible",
+                ParamKind::Boolean,
+                "true",
+                "samples only the GGX normals that are visible; less noise",
+            ),
         ],
         examples: &[
             r#"<bsdf type="roughconductor"><string name="material" value="Au"/><string name="distribution" value="ggx"/>
@@ -67,7 +73,7 @@ impl Described for RoughConductor {
         let alpha_u = params.optional_float("alpha_u")?.unwrap_or(alpha);
         let alpha_v = params.optional_float("alpha_v")?.unwrap_or(alpha);
         Ok(Self {
-            facets: MicrofacetDistribution {
+            distribution: MicrofacetDistribution {
                 kind,
                 alpha: DVec2::new(alpha_u, alpha_v),
                 visible: params.boolean("sample_visible")?,
@@ -90,7 +96,7 @@ impl BsdfModel for RoughConductor {
     }
 
     fn is_glossy(&self) -> bool {
-        self.facets.alpha.x * self.facets.alpha.y < 0.3 * 0.3
+        self.distribution.alpha.x * self.distribution.alpha.y < 0.3 * 0.3
     }
 
     fn eval_cos(&self, query: &Query, wo: DVec3) -> Rgb {
@@ -99,8 +105,8 @@ impl BsdfModel for RoughConductor {
             return Rgb::ZERO;
         }
         let m = (wi + wo).normalize();
-        let geometry = self.facets.masking(wi, m) * self.facets.masking(wo, m);
-        self.fresnel(query, m) * (self.facets.distribution(m) * geometry / (4.0 * cos_theta(wi)))
+        let geometry = self.distribution.masking(wi, m) * self.distribution.masking(wo, m);
+        self.fresnel(query, m) * (self.distribution.distribution(m) * geometry / (4.0 * cos_theta(wi)))
     }
 
     fn pdf(&self, query: &Query, wo: DVec3) -> PerSolidAngle {
@@ -110,22 +116,22 @@ impl BsdfModel for RoughConductor {
         }
         let m = (wi + wo).normalize();
         // The Jacobian of the mirror map, Walter et al. 2007, eq. (14).
-        PerSolidAngle(self.facets.pdf(wi, m) / (4.0 * wo.dot(m)))
+        PerSolidAngle(self.distribution.pdf(wi, m) / (4.0 * wo.dot(m)))
     }
 
-    fn sample(&self, query: &Query, _u1: f64, u2: DVec2) -> Option<Sample> {
+    fn sample(&self, query: &Query, _u1: f64, u2: DVec2) -> Option<BsdfSample> {
         let wi = query.wi;
         if cos_theta(wi) <= 0.0 {
             return None;
         }
-        let m = self.facets.sample(wi, u2);
+        let m = self.distribution.sample(wi, u2);
         let wo = 2.0 * wi.dot(m) * m - wi;
         if cos_theta(wo) <= 0.0 {
             return None;
         }
         let pdf = self.pdf(query, wo);
         let weight = self.eval_cos(query, wo) / pdf.0;
-        (pdf.0 > 0.0).then_some(Sample { wo, weight, pdf, lobe: Lobe::Smooth, eta: 1.0 })
+        (pdf.0 > 0.0).then_some(BsdfSample { wo, weight, pdf, lobe: Lobe::Smooth, eta: 1.0 })
     }
 
     fn albedo(&self, uv: DVec2) -> Rgb {

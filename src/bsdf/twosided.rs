@@ -1,13 +1,13 @@
 use glam::{DVec2, DVec3};
 
-use super::{Bsdf, BsdfModel, Query, Sample};
+use super::{Bsdf, BsdfModel, BsdfSample, Query};
 use crate::{
     math::{PerSolidAngle, Rgb, cos_theta},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError, manual},
     shape::Surface,
 };
 
-/// Gives the back of a surface the looks of its front, or those of a second BSDF.
+/// Gives the back of a surface the BSDF of its front, or a second BSDF.
 #[derive(Clone, Debug)]
 pub struct TwoSided {
     front: Box<Bsdf>,
@@ -17,12 +17,13 @@ pub struct TwoSided {
 impl Described for TwoSided {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
+        manual: manual!("twosided.rs": "TwoSided"),
         name: "twosided",
-        summary: "Makes the back of a surface look like its front, or like a second bsdf.",
+        summary: "Gives the back of a surface the bsdf of its front, or a second bsdf.",
         params: &[Param::required(
             "bsdf",
             ParamKind::Object(Category::Bsdf),
-            "one or two that reflect only: front and back",
+            "one bsdf for both sides, or one for the front and one for the back; they must not transmit light",
         )],
         examples: &[
             r#"<bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value="0.3, 0.6, 0.9"/></bsdf></bsdf>"#,
@@ -34,16 +35,16 @@ impl Described for TwoSided {
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
         let children = params.children(Category::Bsdf);
-        let place = &params.object().place;
+        let location = &params.object().place;
         if !matches!(children.len(), 1 | 2) {
             let what = format!("a bsdf \"twosided\" holds one or two bsdfs, this has {}", children.len());
-            return Err(SceneError::at(place, what));
+            return Err(SceneError::at(location, what));
         }
         let mut sides = Vec::new();
         for id in children {
             let side = Bsdf::read(params.document(), id)?;
             if side.transmits() {
-                let error = SceneError::at(&params.document().object(id).place, "this bsdf lets light through");
+                let error = SceneError::at(&params.document().object(id).place, "this bsdf transmits light");
                 return Err(error.hint("only bsdfs that reflect can be two-sided"));
             }
             sides.push(side);
@@ -54,7 +55,7 @@ impl Described for TwoSided {
 }
 
 impl TwoSided {
-    /// The side that is looked at, the query as it looks from there, and the sign that takes its z back.
+    /// The BSDF of the side of `wi`, the query in that side's frame, and the sign that maps its z back.
     fn side(&self, query: &Query) -> (&Bsdf, Query, f64) {
         if cos_theta(query.wi) > 0.0 {
             return (&self.front, *query, 1.0);
@@ -67,7 +68,7 @@ fn flip(v: DVec3, sign: f64) -> DVec3 {
     DVec3::new(v.x, v.y, sign * v.z)
 }
 
-/// Every method is written out, so that a new one is not answered by its default.
+/// Every method is written out, so that a new method cannot fall back to its default.
 #[deny(clippy::missing_trait_methods)]
 impl BsdfModel for TwoSided {
     fn is_smooth(&self) -> bool {
@@ -88,10 +89,10 @@ impl BsdfModel for TwoSided {
         side.pdf(&query, flip(wo, sign))
     }
 
-    fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<Sample> {
+    fn sample(&self, query: &Query, u1: f64, u2: DVec2) -> Option<BsdfSample> {
         let (side, query, sign) = self.side(query);
         let sample = side.sample(&query, u1, u2)?;
-        Some(Sample { wo: flip(sample.wo, sign), ..sample })
+        Some(BsdfSample { wo: flip(sample.wo, sign), ..sample })
     }
 
     fn albedo(&self, uv: DVec2) -> Rgb {

@@ -3,52 +3,63 @@ use std::process::ExitCode;
 use clap::Args;
 use etendue::{
     catalogue,
-    scene_file::{DefaultValue, Param, ParamKind, Plugin},
+    scene_file::{Category, DefaultValue, Param, Plugin, closest, mitsuba},
 };
 
 use super::say;
 
-/// Lists what is read from scene files: every plugin with its parameters.
+/// Shows what is read from scene files: a table of all plugins, or the manual page of one.
+///
+/// A manual page has the plugin's formula and source, its parameters with types, ranges and defaults, an example, and the
+/// names of the checks that speak for it, which etendue verify --only runs.
 #[derive(Debug, Args)]
 pub(crate) struct Plugins {
-    /// Only plugins whose category or name contains this.
-    filter: Option<String>,
+    /// A plugin, such as sppm, for its manual page; or a category, such as bsdf, or a part of names, for a smaller table.
+    name: Option<String>,
+    /// Print a Markdown table of the plugins of Mitsuba 3.9: which of them are read, and which are not.
+    #[arg(long, conflicts_with = "name")]
+    mitsuba: bool,
 }
 
 impl Plugins {
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
-        let filter = self.filter.unwrap_or_default();
-        let mut found = 0;
-        for plugin in catalogue::plugins() {
-            if plugin.name.contains(&filter) || plugin.category.tag().contains(&filter) {
-                say(page(plugin))?;
-                found += 1;
-            }
+        if self.mitsuba {
+            say(catalogue::mitsuba_table().trim_end())?;
+            return Ok(ExitCode::SUCCESS);
         }
-        anyhow::ensure!(found > 0, "no plugin's name or category contains \"{filter}\"");
+        let name = self.name.unwrap_or_default();
+        let mut pages = catalogue::plugins().filter(|plugin| plugin.name == name).peekable();
+        if pages.peek().is_some() {
+            pages.try_for_each(|plugin| say(plugin.page()))?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        let is_shown = |plugin: &&Plugin| plugin.name.contains(&name) || plugin.category.tag() == name;
+        let mut rows = catalogue::plugins().filter(is_shown).peekable();
+        if rows.peek().is_none() {
+            anyhow::bail!(unknown(&name));
+        }
+        rows.try_for_each(|plugin| say(entry(plugin)))?;
         Ok(ExitCode::SUCCESS)
     }
 }
 
-fn page(plugin: &Plugin) -> String {
-    let row = |p: &Param| format!("    {:<24} {:<10} {:<22} {}\n", p.name, kind(p), default(p), description(p));
-    let rows: String = plugin.params.iter().map(row).collect();
-    format!("{} {}\n    {}\n{rows}", plugin.category, plugin.name, plugin.summary)
+/// That there is no such plugin, and what was probably meant.
+fn unknown(name: &str) -> String {
+    if let Some(theirs) = mitsuba::PLUGINS.iter().find(|plugin| plugin.name == name) {
+        return format!("no {} is called \"{name}\" here; {}", theirs.category, theirs.missing());
+    }
+    let known = catalogue::plugins().map(|plugin| plugin.name).chain(Category::ALL.map(|(_, tag)| tag));
+    match closest(name, known) {
+        Some(near) => format!("no plugin is called \"{name}\"; did you mean \"{near}\"?"),
+        None => format!("no plugin is called \"{name}\"; etendue plugins lists all"),
+    }
 }
 
-fn kind(param: &Param) -> String {
-    match param.kind {
-        ParamKind::Float => "float".into(),
-        ParamKind::Integer => "integer".into(),
-        ParamKind::Boolean => "boolean".into(),
-        ParamKind::String | ParamKind::File | ParamKind::Choice(_) => "string".into(),
-        ParamKind::Rgb => "rgb".into(),
-        ParamKind::Texture => "texture".into(),
-        ParamKind::Point => "point".into(),
-        ParamKind::Transform => "transform".into(),
-        ParamKind::Mesh => "mesh".into(),
-        ParamKind::Object(category) => category.tag().into(),
-    }
+/// The plugin's part of the table.
+fn entry(plugin: &Plugin) -> String {
+    let row = |p: &Param| format!("    {:<24} {:<10} {:<22} {}\n", p.name, p.kind.name(), default(p), p.meaning());
+    let rows: String = plugin.params.iter().map(row).collect();
+    format!("{} {}\n    {}\n{rows}", plugin.category, plugin.name, plugin.summary)
 }
 
 fn default(param: &Param) -> String {
@@ -56,12 +67,5 @@ fn default(param: &Param) -> String {
         DefaultValue::Required => "required".into(),
         DefaultValue::Absent(without) => format!("[{without}]"),
         DefaultValue::Value(value) => value.into(),
-    }
-}
-
-fn description(param: &Param) -> String {
-    match param.kind {
-        ParamKind::Choice(words) => format!("{}: {}", param.description, words.join(", ")),
-        _ => param.description.into(),
     }
 }

@@ -87,7 +87,7 @@ mod tests {
             ("{'descr': '<f4', 'fortran_order': False, }", "its header has no shape"),
             ("{'descr': '<f4', 'fortran_order': False, 'shape': (-2,), }", "its header has no shape"),
             (
-                "{'descr': '<f4', 'fortran_order': False, 'shape': (9999999999999999999, 9), }",
+                "{'descr': '<f4', 'fortran_order': False, 'shape': (99999999999999999999, 9), }",
                 "its header has no shape",
             ),
             (

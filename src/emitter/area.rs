@@ -5,12 +5,12 @@ use glam::{DVec2, DVec3};
 use super::{Emission, EmissionTarget, EmitterModel, EmitterSample};
 use crate::{
     math::{Frame, PerSolidAngle, Ray, Rgb, warp},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     shape::{Shape, ShapeModel as _, Surface},
     texture::{Texture, TextureModel as _},
 };
 
-/// A shape that shines from its surface with the same radiance in all directions, on the side of its normal only.
+/// A shape that emits from the side of its normal, with the same radiance in all directions.
 #[derive(Clone, Debug)]
 pub struct Area {
     radiance: Texture,
@@ -19,9 +19,12 @@ pub struct Area {
 impl Described for Area {
     const PLUGIN: Plugin = Plugin {
         category: Category::Emitter,
+        manual: manual!("area.rs": "Area"),
         name: "area",
-        summary: "Makes the shape it stands in a light, on the side of its normal.",
-        params: &[Param::new("radiance", ParamKind::Texture, "1", "its radiance in W/(m² sr)").within(Range::LIGHT)],
+        summary: "An area light: the enclosing shape emits light on the side of its normal.",
+        params: &[
+            Param::new("radiance", ParamKind::Texture, "1", "the emitted radiance in W/(m² sr)").within(Range::LIGHT)
+        ],
         examples: &[r#"<emitter type="area"><rgb name="radiance" value="5, 4, 3"/></emitter>"#],
         evidence: &["emitter/*", "radiometry/polygon-light", "radiometry/disk-light", "radiometry/sphere-light"],
     };
@@ -33,17 +36,17 @@ impl Described for Area {
 
 impl EmitterModel for Area {
     fn sample_direction(&self, shape: Option<&Shape>, from: DVec3, u: DVec2) -> Option<EmitterSample> {
-        let drawn = shape?.sample_direction(from, u)?;
-        let way = drawn.p - from;
-        // Only the front shines.
-        if way.dot(drawn.n) >= 0.0 {
+        let shape_sample = shape?.sample_direction(from, u)?;
+        let to_light = shape_sample.p - from;
+        // Only the front emits.
+        if to_light.dot(shape_sample.n) >= 0.0 {
             return None;
         }
         Some(EmitterSample {
-            direction: way.normalize(),
-            shadow_ray: Ray::between(from, drawn.p),
-            value: self.radiance.eval(drawn.uv),
-            pdf: Some(drawn.pdf),
+            direction: to_light.normalize(),
+            shadow_ray: Ray::between(from, shape_sample.p),
+            value: self.radiance.eval(shape_sample.uv),
+            pdf: Some(shape_sample.pdf),
         })
     }
 
@@ -59,20 +62,20 @@ impl EmitterModel for Area {
     }
 
     fn emit(&self, shape: Option<&Shape>, target: &EmissionTarget, u: [DVec2; 2]) -> Option<Emission> {
-        let drawn = shape?.sample_position(u[0]);
+        let shape_sample = shape?.sample_position(u[0]);
         let (direction, cos_over_pdf) = if target.is_aimed {
-            let (direction, pdf) = target.towards(drawn.p, u[1]);
-            (direction, drawn.n.dot(direction) / pdf.0)
+            let (direction, pdf) = target.towards(shape_sample.p, u[1]);
+            (direction, shape_sample.n.dot(direction) / pdf.0)
         } else {
-            // The cosine is that of the direction's density, cos θ / π.
-            (Frame::from_normal(drawn.n).to_world(warp::square_to_cosine_hemisphere(u[1])), PI)
+            // The cosine cancels that of the pdf, cos θ / π.
+            (Frame::from_normal(shape_sample.n).to_world(warp::square_to_cosine_hemisphere(u[1])), PI)
         };
-        let flux = self.radiance.eval(drawn.uv) * (cos_over_pdf / drawn.pdf.0);
-        (cos_over_pdf > 0.0).then(|| Emission { ray: Ray::leaving(drawn.p, direction), flux })
+        let flux = self.radiance.eval(shape_sample.uv) * (cos_over_pdf / shape_sample.pdf.0);
+        (cos_over_pdf > 0.0).then(|| Emission { ray: Ray::leaving(shape_sample.p, direction), flux })
     }
 
-    /// The mean over a grid of points, which is exact where the radiance is the same everywhere. What shines between the
-    /// points alone still counts for one of them, so that it is drawn.
+    /// The mean over a grid of points, exact for a constant radiance. The brightest texel counts as at least one point,
+    /// so a light that emits only between the points can still be sampled.
     fn power(&self, shape: Option<&Shape>, target: &EmissionTarget) -> Rgb {
         const POINTS: u32 = 16;
         let centre = |i: u32| (f64::from(i) + 0.5) / f64::from(POINTS);

@@ -3,11 +3,11 @@ use glam::{DVec2, DVec3};
 use super::{Emission, EmissionTarget, EmitterModel, EmitterSample};
 use crate::{
     math::{PerSolidAngle, Ray, Rgb, warp},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     shape::{Shape, Surface},
 };
 
-/// A sky that is equally bright in all directions.
+/// An environment of constant radiance.
 #[derive(Clone, Debug)]
 pub struct Constant {
     radiance: Rgb,
@@ -16,11 +16,12 @@ pub struct Constant {
 impl Described for Constant {
     const PLUGIN: Plugin = Plugin {
         category: Category::Emitter,
+        manual: manual!("constant.rs": "Constant"),
         name: "constant",
-        summary: "A environment that is equally bright in all directions.",
-        params: &[Param::new("radiance", ParamKind::Rgb, "1", "its radiance in W/(m² sr)").within(Range::LIGHT)],
+        summary: "An environment with the same radiance in all directions.",
+        params: &[Param::new("radiance", ParamKind::Rgb, "1", "the radiance in W/(m² sr)").within(Range::LIGHT)],
         examples: &[r#"<emitter type="constant"><rgb name="radiance" value="0.4, 0.5, 0.7"/></emitter>"#],
-        evidence: &["emitter/*", "radiometry/white-environment"],
+        evidence: &["emitter/*", "radiometry/white-sky"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
@@ -35,12 +36,12 @@ impl EmitterModel for Constant {
             direction,
             shadow_ray: Ray::leaving(from, direction),
             value: self.radiance,
-            pdf: Some(PerSolidAngle(warp::SPHERE_DENSITY)),
+            pdf: Some(PerSolidAngle(warp::SQUARE_TO_SPHERE_PDF)),
         })
     }
 
     fn pdf_direction(&self, _shape: Option<&Shape>, _from: DVec3, surface: Option<&Surface>) -> PerSolidAngle {
-        PerSolidAngle(if surface.is_none() { warp::SPHERE_DENSITY } else { 0.0 })
+        PerSolidAngle(if surface.is_none() { warp::SQUARE_TO_SPHERE_PDF } else { 0.0 })
     }
 
     fn environment_radiance(&self, _direction: DVec3) -> Rgb {
@@ -61,6 +62,6 @@ impl EmitterModel for Constant {
     }
 
     fn power(&self, _shape: Option<&Shape>, target: &EmissionTarget) -> Rgb {
-        self.radiance * (target.cross_section() / warp::SPHERE_DENSITY)
+        self.radiance * (target.cross_section() / warp::SQUARE_TO_SPHERE_PDF)
     }
 }

@@ -3,7 +3,7 @@ use glam::{DVec2, DVec3};
 use super::{Emission, EmissionTarget, EmitterModel, EmitterSample};
 use crate::{
     math::{Ray, Rgb},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     shape::Shape,
 };
 
@@ -18,6 +18,7 @@ pub struct Directional {
 impl Described for Directional {
     const PLUGIN: Plugin = Plugin {
         category: Category::Emitter,
+        manual: manual!("directional.rs": "Directional"),
         name: "directional",
         summary: "Parallel light from infinitely far away.",
         params: &[
@@ -25,15 +26,15 @@ impl Described for Directional {
                 "direction",
                 ParamKind::Point,
                 "the z axis of to_world",
-                "in which direction the light travels",
+                "the direction in which the light travels",
             ),
             Param::optional(
                 "to_world",
                 ParamKind::Transform,
                 "the identity",
-                "where its z axis goes, instead of direction",
+                "maps the z axis to the direction; an alternative to direction",
             ),
-            Param::new("irradiance", ParamKind::Rgb, "1", "on a surface across the light, in W/m²")
+            Param::new("irradiance", ParamKind::Rgb, "1", "the irradiance at normal incidence, in W/m²")
                 .within(Range::LIGHT),
         ],
         examples: &[r#"<emitter type="directional"><vector name="direction" x="1" y="-2" z="0.5"/></emitter>"#],
@@ -51,7 +52,7 @@ impl Described for Directional {
             None => params.transform("to_world")?.transform_vector3(DVec3::Z),
         };
         let Some(direction) = direction.try_normalize() else {
-            return Err(params.error("direction", "the direction has no length"));
+            return Err(params.error("direction", "the direction has zero length"));
         };
         Ok(Self { direction, irradiance: params.rgb("irradiance")? })
     }

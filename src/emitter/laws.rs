@@ -1,5 +1,5 @@
-//! What must hold for every emitter of the list, over all its examples: that light which is followed from it is the
-//! light that is sought from where it arrives.
+//! Laws of emitters, checked with every example of every plugin: light traced from an emitter equals the light that
+//! emitter sampling finds where it arrives.
 
 use std::f64::consts::PI;
 
@@ -18,33 +18,33 @@ use crate::{
 pub const LAWS: &[Law] = &[
     Law {
         name: "emitter/emission",
-        claim: "What an emitter sends through a small disc is what is found by seeking the emitter from the disc.",
-        source: "both estimate ∫∫ L cos θ dω dA, by samples that have nothing in common",
+        claim: "The power that an emitter emits through a small disc equals an estimate by emitter sampling from the disc.",
+        source: "both estimate ∫∫ L cos θ dω dA, with independent samples",
         check: Check::Analytic(emission),
     },
     Law {
         name: "emitter/power",
-        claim: "The mean of what is emitted is the stated power; directions have unit length.",
-        source: "closed forms: 4π I, 2π I ∫ falloff sin θ dθ, π L A, and π r² E and 4π² r² L through a ball of radius r",
+        claim: "The mean emitted flux equals the emitter's power. Directions have unit length.",
+        source: "closed forms: 4π I, 2π I ∫ falloff sin θ dθ, π L A, and π r² E and 4π² r² L through a sphere of radius r",
         check: Check::Analytic(power),
     },
     Law {
         name: "emitter/aim",
-        claim: "Light that is aimed at a ball is all the light that goes through it; what is aimed hits it.",
-        source: "importance sampling leaves means as they are",
+        claim: "Emission aimed at a sphere carries the same flux as all emitted light that crosses it. Every aimed ray hits the sphere.",
+        source: "importance sampling does not change the mean",
         check: Check::Analytic(aim),
     },
 ];
 
-/// An emitter, with the shape that it shines from if it does.
+/// An emitter, and the shape of an area light.
 struct Subject {
     name: String,
     emitter: Emitter,
     shape: Option<Shape>,
 }
 
-/// Around all that light shines on.
-const SURROUNDINGS: BoundingSphere = BoundingSphere { centre: DVec3::new(0.3, 0.2, -0.1), radius: 2.5 };
+/// The bounding sphere of the scene.
+const SCENE_BOUNDS: BoundingSphere = BoundingSphere { centre: DVec3::new(0.3, 0.2, -0.1), radius: 2.5 };
 
 const SHAPES: [&str; 4] = [
     r#"<shape type="rectangle"><transform name="to_world"><scale x="0.5" y="0.3"/><rotate y="1" angle="70"/>
@@ -56,7 +56,7 @@ const SHAPES: [&str; 4] = [
        <float name="radius" value="0.2"/></shape>"#,
 ];
 
-/// A quarter of it is black, in squares that a grid of points meets evenly.
+/// An area light with a checkerboard, whose squares a regular grid of points samples evenly.
 const CHECKERED: &str = r#"<emitter type="area"><texture type="checkerboard" name="radiance"><rgb name="color0" value="0, 2, 3"/>
     <rgb name="color1" value="4, 1, 0.5"/></texture></emitter>"#;
 
@@ -71,7 +71,7 @@ fn shape(element: &str) -> Shape {
     Shape::read_from(&params).expect("the element is a shape")
 }
 
-/// Every example of the list; those that shine from a shape, from several.
+/// The examples of all emitters, each area light with several shapes.
 fn subjects() -> Vec<Subject> {
     let mut subjects = Vec::new();
     let examples = Emitter::PLUGINS.iter().flat_map(|plugin| plugin.examples);
@@ -96,10 +96,10 @@ impl Subject {
     }
 }
 
-/// All that is emitted, in whatever direction.
-const UNAIMED: EmissionTarget = EmissionTarget { sphere: SURROUNDINGS, before: SURROUNDINGS.radius, is_aimed: false };
+/// Emission in all directions.
+const UNAIMED: EmissionTarget = EmissionTarget { sphere: SCENE_BOUNDS, before: SCENE_BOUNDS.radius, is_aimed: false };
 
-/// A sum of light by channel.
+/// The moments of a sum of light, for each channel.
 #[derive(Default)]
 struct Channels([Moments; 3]);
 
@@ -114,39 +114,40 @@ impl Channels {
     }
 }
 
-/// A disc that light falls on, from the side of its normal.
-struct Patch {
+/// A disc that receives light on the side of its normal.
+struct Receiver {
     centre: DVec3,
     frame: Frame,
     radius: f64,
 }
 
-impl Patch {
+impl Receiver {
     fn all() -> [Self; 3] {
-        let patch = |centre, normal: DVec3| Self { centre, frame: Frame::from_normal(normal.normalize()), radius: 0.5 };
+        let receiver =
+            |centre, normal: DVec3| Self { centre, frame: Frame::from_normal(normal.normalize()), radius: 0.5 };
         [
-            patch(DVec3::ZERO, DVec3::new(0.3, 0.8, -0.4)),
-            patch(DVec3::new(0.4, -0.5, 0.3), DVec3::new(-0.5, 0.8, 0.1)),
-            patch(DVec3::new(-0.3, 0.2, 0.6), DVec3::new(0.2, 0.1, -1.0)),
+            receiver(DVec3::ZERO, DVec3::new(0.3, 0.8, -0.4)),
+            receiver(DVec3::new(0.4, -0.5, 0.3), DVec3::new(-0.5, 0.8, 0.1)),
+            receiver(DVec3::new(-0.3, 0.2, 0.6), DVec3::new(0.2, 0.1, -1.0)),
         ]
     }
 
-    /// Whether a ray falls on it.
-    fn meets(&self, ray: &Ray) -> bool {
+    /// Whether a ray hits its front.
+    fn is_hit(&self, ray: &Ray) -> bool {
         let cos = -self.frame.n.dot(ray.direction);
         let t = self.frame.n.dot(ray.origin - self.centre) / cos;
         cos > 0.0 && t > 0.0 && (ray.at(t) - self.centre).length() < self.radius
     }
 
-    /// An estimate of the power in W that an emitter sends on it, seen from it.
-    fn sought(&self, subject: &Subject, stream: &mut Stream) -> Rgb {
+    /// An estimate by emitter sampling of the power in W that it receives.
+    fn sampled_flux(&self, subject: &Subject, stream: &mut Stream) -> Rgb {
         let p = self.centre + self.frame.to_world((self.radius * warp::square_to_disc(stream.next_2d())).extend(0.0));
         let area = PI * self.radius * self.radius;
-        let Some(incident) = subject.emitter.sample_direction(subject.shape.as_ref(), p, stream.next_2d()) else {
+        let Some(emitter_sample) = subject.emitter.sample_direction(subject.shape.as_ref(), p, stream.next_2d()) else {
             return Rgb::ZERO;
         };
-        let cos = incident.direction.dot(self.frame.n).max(0.0);
-        incident.value * (area * cos / incident.pdf.map_or(1.0, |pdf| pdf.0))
+        let cos = emitter_sample.direction.dot(self.frame.n).max(0.0);
+        emitter_sample.value * (area * cos / emitter_sample.pdf.map_or(1.0, |pdf| pdf.0))
     }
 }
 
@@ -154,20 +155,20 @@ fn emission(effort: Effort) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (number, subject) in subjects().iter().enumerate() {
         let mut stream = Stream::at(&[70, number as u64]);
-        let patches = Patch::all();
-        let (mut emitted, mut sought) =
-            (patches.each_ref().map(|_| Channels::default()), patches.each_ref().map(|_| Channels::default()));
+        let receivers = Receiver::all();
+        let (mut emitted, mut sampled) =
+            (receivers.each_ref().map(|_| Channels::default()), receivers.each_ref().map(|_| Channels::default()));
         for _ in 0..effort.samples(60_000) {
             let emission = subject.emit(&UNAIMED, &mut stream);
-            for (patch, light) in patches.iter().zip(&mut emitted) {
-                light.push(emission.filter(|e| patch.meets(&e.ray)).map_or(Rgb::ZERO, |e| e.flux));
+            for (receiver, light) in receivers.iter().zip(&mut emitted) {
+                light.push(emission.filter(|e| receiver.is_hit(&e.ray)).map_or(Rgb::ZERO, |e| e.flux));
             }
         }
-        for (patch, light) in patches.iter().zip(&mut sought) {
-            (0..effort.samples(20_000)).for_each(|_| light.push(patch.sought(subject, &mut stream)));
+        for (receiver, light) in receivers.iter().zip(&mut sampled) {
+            (0..effort.samples(20_000)).for_each(|_| light.push(receiver.sampled_flux(subject, &mut stream)));
         }
-        for (i, (emitted, sought)) in emitted.iter().zip(&sought).enumerate() {
-            findings.extend(emitted.compare(&format!("{}, disc {}", subject.name, i + 1), sought));
+        for (i, (emitted, sampled)) in emitted.iter().zip(&sampled).enumerate() {
+            findings.extend(emitted.compare(&format!("{}, disc {}", subject.name, i + 1), sampled));
         }
     }
     findings
@@ -177,30 +178,30 @@ fn power(effort: Effort) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (number, subject) in subjects().iter().enumerate() {
         let mut stream = Stream::at(&[71, number as u64]);
-        let (mut emitted, mut stretch) = (Channels::default(), 0.0_f64);
+        let (mut emitted, mut length_error) = (Channels::default(), 0.0_f64);
         for _ in 0..effort.samples(20_000) {
             let emission = subject.emit(&UNAIMED, &mut stream);
             emitted.push(emission.map_or(Rgb::ZERO, |e| e.flux));
-            stretch = stretch.max(emission.map_or(0.0, |e| (e.ray.direction.length() - 1.0).abs()));
+            length_error = length_error.max(emission.map_or(0.0, |e| (e.ray.direction.length() - 1.0).abs()));
         }
         let stated = subject.emitter.power(subject.shape.as_ref(), &UNAIMED);
         for ((moments, expected), channel) in emitted.0.iter().zip(stated.to_array()).zip(["R", "G", "B"]) {
             findings.push(Finding::mean(format!("{}, {channel}", subject.name), moments, expected));
         }
-        findings.push(Finding::error(format!("{}, length of directions", subject.name), stretch, 1e-12));
+        findings.push(Finding::error(format!("{}, length of directions", subject.name), length_error, 1e-12));
     }
     findings.extend(distant_powers());
     findings
 }
 
-/// What comes from far away through the ball around a scene, in closed form.
+/// The power of distant emitters through the bounding sphere of a scene, compared with closed forms.
 fn distant_powers() -> [Finding; 2] {
     let power = |element: &str| {
         let document = xml::parse_element(element).expect("the element is valid XML");
         let emitter = Emitter::read(&document, document.root).expect("the element is an emitter");
         emitter.power(None, &UNAIMED).y
     };
-    let section = PI * SURROUNDINGS.radius * SURROUNDINGS.radius;
+    let section = PI * SCENE_BOUNDS.radius * SCENE_BOUNDS.radius;
     let sun = power(r#"<emitter type="directional"><rgb name="irradiance" value="1, 0.7, 2"/></emitter>"#);
     let environment = power(r#"<emitter type="constant"><rgb name="radiance" value="1, 0.3, 2"/></emitter>"#);
     [
@@ -209,8 +210,8 @@ fn distant_powers() -> [Finding; 2] {
     ]
 }
 
-/// A ball that light is aimed at, near and far, and one around the emitters that lie in it.
-const BALLS: [BoundingSphere; 3] = [
+/// Spheres that light is aimed at; the third contains some emitters.
+const SPHERES: [BoundingSphere; 3] = [
     BoundingSphere { centre: DVec3::new(-0.2, 0.3, 0.1), radius: 0.6 },
     BoundingSphere { centre: DVec3::new(0.5, -1.0, 0.4), radius: 0.4 },
     BoundingSphere { centre: DVec3::new(0.6, 1.4, -0.6), radius: 0.9 },
@@ -224,23 +225,23 @@ fn crosses(sphere: &BoundingSphere, ray: &Ray) -> bool {
 fn aim(effort: Effort) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (number, subject) in subjects().iter().enumerate() {
-        for (i, ball) in BALLS.iter().enumerate() {
+        for (i, sphere) in SPHERES.iter().enumerate() {
             let mut stream = Stream::at(&[72, number as u64, i as u64]);
-            let target = EmissionTarget { sphere: *ball, before: 5.0, is_aimed: true };
-            let surrounded = ball.centre.distance(SURROUNDINGS.centre) + ball.radius < SURROUNDINGS.radius;
-            assert!(surrounded, "light from far away falls on all of the ball");
-            let (mut all, mut aimed, mut beside) = (Channels::default(), Channels::default(), 0_u32);
+            let target = EmissionTarget { sphere: *sphere, before: 5.0, is_aimed: true };
+            let surrounded = sphere.centre.distance(SCENE_BOUNDS.centre) + sphere.radius < SCENE_BOUNDS.radius;
+            assert!(surrounded, "distant emitters illuminate the entire sphere");
+            let (mut all, mut aimed, mut missed) = (Channels::default(), Channels::default(), 0_u32);
             for _ in 0..effort.samples(40_000) {
-                let through = |e: &Emission| crosses(ball, &e.ray);
+                let through = |e: &Emission| crosses(sphere, &e.ray);
                 all.push(subject.emit(&UNAIMED, &mut stream).filter(through).map_or(Rgb::ZERO, |e| e.flux));
                 let emission = subject.emit(&target, &mut stream);
-                // A light within the ball shines everywhere from there.
-                beside += u32::from(emission.is_some_and(|e| !through(&e)));
+                // Rays from a light within the sphere always cross it.
+                missed += u32::from(emission.is_some_and(|e| !through(&e)));
                 aimed.push(emission.map_or(Rgb::ZERO, |e| e.flux));
             }
-            let name = format!("{}, ball {}", subject.name, i + 1);
+            let name = format!("{}, sphere {}", subject.name, i + 1);
             findings.extend(all.compare(&name, &aimed));
-            findings.push(Finding::error(format!("{name}, missed"), f64::from(beside), 0.0));
+            findings.push(Finding::error(format!("{name}, missed"), f64::from(missed), 0.0));
         }
     }
     findings
@@ -252,27 +253,27 @@ mod tests {
     use glam::DVec2;
 
     #[test]
-    fn narrow_cones_hold_what_is_drawn_from_them() {
+    fn narrow_cones_contain_their_samples() {
         for distance in [1.0, 1e3, 1e6, 1e9, 1e12] {
-            let ball = BoundingSphere { centre: DVec3::new(0.6, -0.7, 0.4).normalize() * distance, radius: 0.5 };
-            let target = EmissionTarget { sphere: ball, before: 0.0, is_aimed: true };
+            let sphere = BoundingSphere { centre: DVec3::new(0.6, -0.7, 0.4).normalize() * distance, radius: 0.5 };
+            let target = EmissionTarget { sphere, before: 0.0, is_aimed: true };
             let mut stream = Stream::at(&[73]);
-            let is_held = |u: DVec2| {
-                let (direction, drawn) = target.towards(DVec3::ZERO, u);
-                target.pdf(&Ray::new(DVec3::ZERO, direction), false) == drawn.0
+            let is_contained = |u: DVec2| {
+                let (direction, pdf) = target.towards(DVec3::ZERO, u);
+                target.pdf(&Ray::new(DVec3::ZERO, direction), false) == pdf.0
             };
-            let held = (0..1000).filter(|_| is_held(stream.next_2d())).count();
-            assert!(held >= 998, "{distance}: {held} of 1000");
+            let contained = (0..1000).filter(|_| is_contained(stream.next_2d())).count();
+            assert!(contained >= 998, "{distance}: {contained} of 1000");
         }
     }
 
     #[test]
-    fn narrow_spots_have_the_power_of_their_discs() {
+    fn the_power_of_narrow_spots_matches_small_angles() {
         for degrees in [1.0, 0.01, 1e-4, 1e-8] {
             let spot =
                 emitter(&format!(r#"<emitter type="spot"><float name="cutoff_angle" value="{degrees}"/></emitter>"#));
             let angle = f64::to_radians(degrees);
-            // ∫ θ dθ up to 3/4, and from there on times what is left.
+            // ∫ falloff(θ) θ dθ in units of the cutoff angle: up to 3/4, and from 3/4 to 1.
             let flat = 2.0 * PI * angle * angle * (0.281_25 + 0.104_166_666_667);
             let power = spot.power(None, &UNAIMED).x;
             assert!((power / flat - 1.0).abs() < 1e-4, "{degrees}: {power} {flat}");
@@ -280,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn a_light_that_shines_between_the_points_of_a_grid_has_power() {
+    fn a_light_that_emits_only_between_grid_points_has_power() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let file = folder.path().join("spark.png");
         let mut pixels = vec![0; 256 * 256];
@@ -292,7 +293,7 @@ mod tests {
             file.display()
         );
         let (spark, shape) = (emitter(&element), shape(SHAPES[0]));
-        let target = EmissionTarget { sphere: SURROUNDINGS, before: 1.0, is_aimed: false };
+        let target = EmissionTarget { sphere: SCENE_BOUNDS, before: 1.0, is_aimed: false };
         assert!(spark.power(Some(&shape), &target).min_element() > 0.0);
     }
 }

@@ -3,11 +3,11 @@ use glam::{DVec2, DVec3};
 use super::{Emission, EmissionTarget, EmitterModel, EmitterSample};
 use crate::{
     math::{PerSolidAngle, Ray, Rgb, warp},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     shape::Shape,
 };
 
-/// A point that shines equally in all directions.
+/// A point that emits equally in all directions.
 #[derive(Clone, Debug)]
 pub struct Point {
     position: DVec3,
@@ -17,17 +17,18 @@ pub struct Point {
 impl Described for Point {
     const PLUGIN: Plugin = Plugin {
         category: Category::Emitter,
+        manual: manual!("point.rs": "Point"),
         name: "point",
-        summary: "A point that shines equally in all directions.",
+        summary: "A point that emits equally in all directions.",
         params: &[
-            Param::optional("position", ParamKind::Point, "the origin of to_world", "where it is"),
+            Param::optional("position", ParamKind::Point, "the origin of to_world", "the position"),
             Param::optional(
                 "to_world",
                 ParamKind::Transform,
                 "the identity",
-                "where its origin goes, instead of position",
+                "maps the origin to the position; an alternative to position",
             ),
-            Param::new("intensity", ParamKind::Rgb, "1", "its intensity in W/sr").within(Range::LIGHT),
+            Param::new("intensity", ParamKind::Rgb, "1", "the radiant intensity in W/sr").within(Range::LIGHT),
         ],
         examples: &[
             r#"<emitter type="point"><point name="position" x="1" y="2" z="-1"/><rgb name="intensity" value="3, 2, 1"/></emitter>"#,
@@ -52,13 +53,13 @@ impl Described for Point {
 
 impl EmitterModel for Point {
     fn sample_direction(&self, _shape: Option<&Shape>, from: DVec3, _u: DVec2) -> Option<EmitterSample> {
-        let way = self.position - from;
-        let distance_squared = way.length_squared();
+        let to_light = self.position - from;
+        let distance_squared = to_light.length_squared();
         if distance_squared == 0.0 {
             return None;
         }
         Some(EmitterSample {
-            direction: way / distance_squared.sqrt(),
+            direction: to_light / distance_squared.sqrt(),
             shadow_ray: Ray::between(from, self.position),
             value: self.intensity / distance_squared,
             pdf: None,
@@ -69,12 +70,12 @@ impl EmitterModel for Point {
         let (direction, pdf) = if target.is_aimed {
             target.towards(self.position, u)
         } else {
-            (warp::square_to_sphere(u), PerSolidAngle(warp::SPHERE_DENSITY))
+            (warp::square_to_sphere(u), PerSolidAngle(warp::SQUARE_TO_SPHERE_PDF))
         };
         Some(Emission { ray: Ray::new(self.position, direction), flux: self.intensity / pdf.0 })
     }
 
     fn power(&self, _shape: Option<&Shape>, _beam: &EmissionTarget) -> Rgb {
-        self.intensity / warp::SPHERE_DENSITY
+        self.intensity / warp::SQUARE_TO_SPHERE_PDF
     }
 }

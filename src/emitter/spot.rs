@@ -5,12 +5,12 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::{Emission, EmissionTarget, EmitterModel, EmitterSample};
 use crate::{
     math::{PerSolidAngle, Ray, Rgb, warp},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     shape::Shape,
 };
 
-/// A point that shines in a cone around the z axis of its space: with full intensity up to `beam_width` from the axis,
-/// from there on less in proportion to the angle, and not at all from `cutoff_angle` on, as in Mitsuba.
+/// A point that emits in a cone around its local z axis, as in Mitsuba. The intensity is constant up to the angle
+/// `beam_width` from the axis, and falls linearly with the angle to 0 at `cutoff_angle`.
 #[derive(Clone, Debug)]
 pub struct Spot {
     to_world: DAffine3,
@@ -27,19 +27,32 @@ const ANGLE: Range = Range { min: 0.0, max: 180.0, open: true };
 impl Described for Spot {
     const PLUGIN: Plugin = Plugin {
         category: Category::Emitter,
+        manual: manual!("spot.rs": "Spot"),
         name: "spot",
-        summary: "A point that shines in a cone, less towards its edge.",
+        summary: "A point that emits in a cone, with linear falloff towards its edge.",
         params: &[
-            Param::new("intensity", ParamKind::Rgb, "1", "its intensity near the axis in W/sr").within(Range::LIGHT),
-            Param::new("cutoff_angle", ParamKind::Float, "20", "degrees from the axis at which it ends").within(ANGLE),
+            Param::new("intensity", ParamKind::Rgb, "1", "the radiant intensity within beam_width, in W/sr")
+                .within(Range::LIGHT),
+            Param::new(
+                "cutoff_angle",
+                ParamKind::Float,
+                "20",
+                "the angle from the axis beyond which nothing is emitted, in degrees",
+            )
+            .within(ANGLE),
             Param::optional(
                 "beam_width",
                 ParamKind::Float,
                 "3/4 of cutoff_angle",
-                "degrees from the axis up to which it is full",
+                "the angle from the axis up to which the intensity is constant, in degrees",
             )
             .within(Range { min: 0.0, max: 180.0, open: false }),
-            Param::optional("to_world", ParamKind::Transform, "the identity", "its place; it shines along +z"),
+            Param::optional(
+                "to_world",
+                ParamKind::Transform,
+                "the identity",
+                "maps the light to the world; its local axis is +z",
+            ),
         ],
         examples: &[
             r#"<emitter type="spot"><rgb name="intensity" value="30, 20, 10"/><float name="cutoff_angle" value="25"/>
@@ -52,13 +65,13 @@ impl Described for Spot {
         let to_world = params.transform("to_world")?;
         let to_local = to_world.inverse();
         if !to_local.is_finite() {
-            return Err(params.error("to_world", "the spot light has no direction left after its transform"));
+            return Err(params.error("to_world", "the transform leaves the spot light no direction"));
         }
         let cutoff = params.float("cutoff_angle")?;
         let beam_width = params.optional_float("beam_width")?.unwrap_or(0.75 * cutoff);
         if beam_width > cutoff {
             let error = params.error("beam_width", format!("beam_width {beam_width} is beyond cutoff_angle {cutoff}"));
-            return Err(error.hint("the target must lie within the cone"));
+            return Err(error.hint("the beam must lie within the cone"));
         }
         Ok(Self {
             to_world,
@@ -72,7 +85,7 @@ impl Described for Spot {
 }
 
 impl Spot {
-    /// The share of the full intensity in a direction of the world.
+    /// The fraction of the full intensity that is emitted in a world direction.
     fn falloff(&self, direction: DVec3) -> f64 {
         let local = self.to_local.transform_vector3(direction);
         let angle = local.truncate().length().atan2(local.z);
@@ -85,27 +98,27 @@ impl Spot {
         }
     }
 
-    /// Draws a direction of its cone.
+    /// Samples a direction within the cone.
     fn within_cone(&self, u: DVec2) -> (DVec3, PerSolidAngle) {
         let one_minus_cos = 2.0 * (0.5 * self.cutoff).sin().powi(2);
-        let way = self.to_world.transform_vector3(warp::square_to_cone(u, one_minus_cos));
-        let length = way.length();
-        // A map that shears squeezes solid angles: dω' = |det| dω / |M ω|³.
-        let squeezed = self.to_world.matrix3.determinant().abs() / (length * length * length);
-        (way / length, PerSolidAngle(warp::square_to_cone_pdf(one_minus_cos) / squeezed))
+        let direction = self.to_world.transform_vector3(warp::square_to_cone(u, one_minus_cos));
+        let length = direction.length();
+        // A shear changes solid angles: dω' = |det| dω / |M ω|³.
+        let solid_angle_ratio = self.to_world.matrix3.determinant().abs() / (length * length * length);
+        (direction / length, PerSolidAngle(warp::square_to_cone_pdf(one_minus_cos) / solid_angle_ratio))
     }
 }
 
 impl EmitterModel for Spot {
     fn sample_direction(&self, _shape: Option<&Shape>, from: DVec3, _u: DVec2) -> Option<EmitterSample> {
-        let way = self.position - from;
-        let distance_squared = way.length_squared();
-        let falloff = self.falloff(-way);
+        let to_light = self.position - from;
+        let distance_squared = to_light.length_squared();
+        let falloff = self.falloff(-to_light);
         if distance_squared == 0.0 || falloff == 0.0 {
             return None;
         }
         Some(EmitterSample {
-            direction: way / distance_squared.sqrt(),
+            direction: to_light / distance_squared.sqrt(),
             shadow_ray: Ray::between(from, self.position),
             value: self.intensity * (falloff / distance_squared),
             pdf: None,
@@ -119,9 +132,9 @@ impl EmitterModel for Spot {
         (falloff > 0.0).then(|| Emission { ray, flux: self.intensity * (falloff / pdf.0) })
     }
 
-    /// `2π ∫ falloff(θ) sin θ dθ = 2π (1 - cos m sin h / h)`, with the mean m and half the difference h of both angles;
-    /// without the shear of its transform. Narrow cones leave next to nothing of the 1.
-    fn power(&self, _shape: Option<&Shape>, _beam: &EmissionTarget) -> Rgb {
+    /// `2π ∫ falloff(θ) sin θ dθ = 2π (1 - cos m sin h / h)`, with the mean m and half the difference h of the two
+    /// angles. Ignores a shear in the transform. The terms are rearranged because `1 - cos` cancels for narrow cones.
+    fn power(&self, _shape: Option<&Shape>, _target: &EmissionTarget) -> Rgb {
         let (mean, half) = (0.5 * (self.cutoff + self.beam_width), 0.5 * (self.cutoff - self.beam_width));
         let square = half * half;
         let one_minus_sinc = if half < 1e-2 { square / 6.0 * (1.0 - square / 20.0) } else { 1.0 - half.sin() / half };

@@ -1,4 +1,4 @@
-//! `OpenEXR` files.
+//! Reads and writes `OpenEXR` files.
 
 use std::{io::Write as _, path::Path};
 
@@ -10,24 +10,24 @@ use glam::DVec2;
 
 use super::{Crop, Image};
 
-/// The reason why a file could not be written or read. Displays as one line that names the file.
+/// An error of reading or writing a file; its message is one line that names the file.
 #[derive(Debug, thiserror::Error)]
 #[error("{file}: {what}")]
 pub struct FileError {
     /// The file.
     pub file: String,
-    /// What is wrong.
+    /// The fault.
     pub what: String,
 }
 
 impl FileError {
-    /// The error of a file, in words.
+    /// An error of the file at `path`.
     pub fn new(path: &Path, what: impl std::fmt::Display) -> Self {
         Self { file: path.display().to_string(), what: what.to_string() }
     }
 }
 
-/// Writes a file as a whole or not at all: to a temporary file in the same folder, which is then renamed.
+/// Writes a file atomically: to a temporary file in the same folder, which is then renamed.
 ///
 /// # Errors
 /// If the path is a folder, or its folder cannot be written to.
@@ -43,7 +43,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     file.persist(path).map(drop).map_err(|e| fault(&e.error))
 }
 
-/// Temporary files are private; results are as readable as other files.
+/// Makes a temporary file, which only its owner can read, readable by all.
 fn set_permissions(file: &tempfile::NamedTempFile) -> std::io::Result<()> {
     #[cfg(unix)]
     {
@@ -53,11 +53,10 @@ fn set_permissions(file: &tempfile::NamedTempFile) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Writes an image with its attributes in the header, as 32-bit floats with lossless compression.
+/// Writes an image as 32-bit floats with lossless compression, with its attributes in the header.
 ///
 /// # Errors
-/// If the file cannot be written, or an attribute has a name that `OpenEXR` reserves, such as `comments`. An older file of
-/// this name is then unchanged.
+/// If the file cannot be written; no partial file remains.
 pub fn write(path: &Path, image: &Image) -> Result<(), FileError> {
     let channel =
         |(name, values): &(String, Vec<f32>)| AnyChannel::new(name.as_str(), FlatSamples::F32(values.clone()));
@@ -80,12 +79,12 @@ pub fn write(path: &Path, image: &Image) -> Result<(), FileError> {
     write_whole(path, bytes.get_ref())
 }
 
-/// Header texts are UTF-8 here, although the crate takes them for Latin-1: file names can have any letters.
+/// Encodes header texts as UTF-8, although the crate assumes Latin-1, because file names can contain any characters.
 fn utf8(text: &str) -> Text {
     Text::from_slice_unchecked(text.as_bytes())
 }
 
-/// Reads the attributes in the header of a file that are texts, without its pixels.
+/// Reads the text attributes in the header of a file, without its pixels.
 ///
 /// # Errors
 /// If the file cannot be read or is not an `OpenEXR` image.
@@ -95,7 +94,7 @@ pub fn read_attributes(path: &Path) -> Result<Vec<(String, String)>, FileError> 
     Ok(headers.filter_map(text).collect())
 }
 
-/// An attribute that is a text.
+/// The name and value of a text attribute; None for other attributes.
 fn text((name, value): (&Text, &AttributeValue)) -> Option<(String, String)> {
     match value {
         AttributeValue::Text(text) => Some((name.to_string(), String::from_utf8_lossy(text.as_slice()).into_owned())),

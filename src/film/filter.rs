@@ -1,42 +1,43 @@
-//! Reconstruction filters, by importance sampling: the samples of a pixel are distributed like the filter around it and have
-//! equal weight. The expectation is the filtered image, as with splatting, but without its ratio bias. Pixels share no
-//! samples, so that they are independent and their variances can be estimated.
-//! Ernst, Stamminger and Greiner 2006, "Filter Importance Sampling".
+//! Reconstruction filters, which are importance sampled instead of splatted: the offset of a pixel's sample is
+//! distributed like the filter, and all samples have the same weight. The expected value is the filtered image, as with
+//! splatting, but without the ratio bias of splatting. Pixels do not share samples, so they are independent and
+//! their variances are unbiased. Ernst, Stamminger and Greiner 2006, "Filter Importance Sampling".
 
 use enum_dispatch::enum_dispatch;
 
-use crate::scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, catalogue};
+use crate::scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, catalogue, manual};
 
-/// A separable reconstruction filter, given by its profile along one axis. Lengths are in pixels.
+/// The interface of all filters: the profile along one axis, in pixels. The filter is the product of two profiles.
 #[enum_dispatch]
 pub trait FilterModel {
     /// The distance beyond which the profile is zero.
     fn radius(&self) -> f64;
-    /// The profile at a distance from the centre, not normalised and never negative.
+    /// The profile at an offset, not normalised, at least 0.
     fn eval(&self, x: f64) -> f64;
 }
 
 catalogue! {
     /// A reconstruction filter.
     pub enum Filter: FilterModel in Category::Filter, {
-        /// The square of a pixel.
+        /// A box filter.
         Box(Box),
-        /// A Gaussian.
+        /// A Gaussian filter.
         Gaussian(Gaussian),
-        /// A triangle.
-        Tent(Tent),
+        /// A tent filter.
+       Tent(Tent),
     }
 }
 
-/// The mean over the pixel's square.
+/// The box filter: the mean over the square of a pixel.
 #[derive(Clone, Debug)]
 pub struct Box;
 
 impl Described for Box {
     const PLUGIN: Plugin = Plugin {
         category: Category::Filter,
+        manual: manual!("filter.rs": "Box"),
         name: "box",
-        summary: "The mean over the pixel's square; right for comparisons.",
+        summary: "The mean over the square of a pixel; recommended for comparisons.",
         params: &[],
         examples: &[r#"<rfilter type="box"/>"#],
         evidence: &["film/filter", "film/footprint"],
@@ -57,7 +58,7 @@ impl FilterModel for Box {
     }
 }
 
-/// A Gaussian bell, lowered such that it ends at zero after four standard deviations.
+/// A Gaussian, truncated at four standard deviations and shifted down to be zero there.
 #[derive(Clone, Debug)]
 pub struct Gaussian {
     stddev: f64,
@@ -66,8 +67,9 @@ pub struct Gaussian {
 impl Described for Gaussian {
     const PLUGIN: Plugin = Plugin {
         category: Category::Filter,
+        manual: manual!("filter.rs": "Gaussian"),
         name: "gaussian",
-        summary: "A Gaussian bell of four standard deviations; the default.",
+        summary: "A Gaussian that ends at four standard deviations; the default.",
         params: &[
             Param::new("stddev", ParamKind::Float, "0.5", "the standard deviation in pixels").within(Range::POSITIVE)
         ],
@@ -95,12 +97,12 @@ impl FilterModel for Gaussian {
     }
 
     fn eval(&self, x: f64) -> f64 {
-        let bell = |x: f64| (-0.5 * (x / self.stddev).powi(2)).exp();
-        (bell(x) - bell(self.radius())).max(0.0)
+        let gaussian = |x: f64| (-0.5 * (x / self.stddev).powi(2)).exp();
+        (gaussian(x) - gaussian(self.radius())).max(0.0)
     }
 }
 
-/// A triangle.
+/// A tent filter.
 #[derive(Clone, Debug)]
 pub struct Tent {
     radius: f64,
@@ -109,9 +111,10 @@ pub struct Tent {
 impl Described for Tent {
     const PLUGIN: Plugin = Plugin {
         category: Category::Filter,
+        manual: manual!("filter.rs": "Tent"),
         name: "tent",
-        summary: "A triangle.",
-        params: &[Param::new("radius", ParamKind::Float, "1", "where it ends, in pixels").within(Range::POSITIVE)],
+        summary: "A tent (triangle) filter.",
+        params: &[Param::new("radius", ParamKind::Float, "1", "the radius in pixels").within(Range::POSITIVE)],
         examples: &[r#"<rfilter type="tent"/>"#],
         evidence: &["film/filter", "film/footprint"],
     };
@@ -131,8 +134,8 @@ impl FilterModel for Tent {
     }
 }
 
-/// The profile of a filter as a density to sample from: piecewise linear between equidistant points. It is exact for box and
-/// tent, and within 1e-6 for the Gaussian.
+/// The profile of a filter as a probability density, piecewise linear between equidistant points. It is exact for box
+/// and tent, and changes a pixel's value by at most a relative 1e-6 for the Gaussian.
 #[derive(Clone, Debug)]
 pub struct Profile {
     radius: f64,
@@ -140,13 +143,13 @@ pub struct Profile {
     values: Vec<f64>,
     /// The integral up to each point, the last being 1.
     cumulative: Vec<f64>,
-    /// The piece in which each of as many equal shares of the integral begins.
+    /// The first piece to search for each of `PIECES` equal intervals of the cumulative integral.
     guide: Vec<u16>,
-    /// Whether it is a box.
+    /// Whether the profile is a box.
     is_flat: bool,
 }
 
-/// Even, so that the middle, where a tent has its corner, is a point.
+/// The number of linear pieces. It is even, so that the centre, the corner of a tent, is a point.
 const PIECES: usize = 512;
 
 impl Profile {
@@ -158,24 +161,24 @@ impl Profile {
         let values: Vec<f64> = (0..=PIECES).map(|i| filter.eval(-radius + step * i as f64)).collect();
         let mut cumulative = vec![0.0];
         for pair in values.windows(2) {
-            let so_far = cumulative[cumulative.len() - 1];
-            cumulative.push(so_far + 0.5 * (pair[0] + pair[1]));
+            let before = cumulative[cumulative.len() - 1];
+            cumulative.push(before + 0.5 * (pair[0] + pair[1]));
         }
         let total = cumulative[PIECES];
         cumulative.iter_mut().for_each(|c| *c /= total);
-        let begins = |share: usize| cumulative[1..PIECES].partition_point(|&c| c <= share as f64 / PIECES as f64);
-        let guide = (0..PIECES).map(|share| begins(share) as u16).collect();
+        let begins = |interval: usize| cumulative[1..PIECES].partition_point(|&c| c <= interval as f64 / PIECES as f64);
+        let guide = (0..PIECES).map(|interval| begins(interval) as u16).collect();
         let is_flat = values.iter().all(|value| *value == values[0]);
         Self { radius, values, cumulative, guide, is_flat }
     }
 
-    /// How far it reaches, in pixels.
+    /// The radius in pixels.
     #[must_use]
     pub fn radius(&self) -> f64 {
         self.radius
     }
 
-    /// An offset with the profile as its density, restricted to `[from, to]`.
+    /// Samples an offset with the profile, restricted to `[from, to]`, as its density.
     #[inline]
     #[must_use]
     pub fn sample_within(&self, u: f64, from: f64, to: f64) -> f64 {
@@ -198,7 +201,7 @@ impl Profile {
         if self.is_flat {
             return 1.0 / (to - from);
         }
-        let (i, w) = self.place(x);
+        let (i, w) = self.locate(x);
         // The height of a linear piece over its own integral.
         let height = self.values[i] + w * (self.values[i + 1] - self.values[i]);
         let mean = (0.5 * (self.values[i] + self.values[i + 1])).max(f64::MIN_POSITIVE);
@@ -213,14 +216,14 @@ impl Profile {
         if x >= self.radius {
             return 1.0;
         }
-        let (i, w) = self.place(x);
+        let (i, w) = self.locate(x);
         let (left, right) = (self.values[i], self.values[i + 1]);
         let within = w * (left + 0.5 * w * (right - left)) / (0.5 * (left + right)).max(f64::MIN_POSITIVE);
         self.cumulative[i] + within * (self.cumulative[i + 1] - self.cumulative[i])
     }
 
-    /// The piece that holds an offset, and how far along it is.
-    fn place(&self, x: f64) -> (usize, f64) {
+    /// The piece that contains an offset, and the fraction of the piece before it.
+    fn locate(&self, x: f64) -> (usize, f64) {
         let s = ((x + self.radius) / (2.0 * self.radius)).clamp(0.0, 1.0) * PIECES as f64;
         let i = (s as usize).min(PIECES - 1);
         (i, s - i as f64)
@@ -231,13 +234,13 @@ impl Profile {
         while i < PIECES - 1 && self.cumulative[i + 1] <= mass {
             i += 1;
         }
-        let share = (mass - self.cumulative[i]) / (self.cumulative[i + 1] - self.cumulative[i]);
+        let fraction = (mass - self.cumulative[i]) / (self.cumulative[i + 1] - self.cumulative[i]);
         let (left, right) = (self.values[i], self.values[i + 1]);
         if left == right {
-            return -self.radius + (i as f64 + share) * 2.0 * self.radius / PIECES as f64;
+            return -self.radius + (i as f64 + fraction) * 2.0 * self.radius / PIECES as f64;
         }
-        // The root of the integral of a linear density, in the form that has no cancellation.
-        let target = share * (left + right);
+        // Inverts the integral of a linear density, in a form without cancellation.
+        let target = fraction * (left + right);
         let w = target / (left + (left * left + (right - left) * target).max(0.0).sqrt());
         -self.radius + (i as f64 + w) * 2.0 * self.radius / PIECES as f64
     }
@@ -259,18 +262,18 @@ mod tests {
     }
 
     #[test]
-    fn second_moments_are_those_of_the_filters() {
+    fn second_moments_match_the_filters() {
         let (mean, square) = moments(&Profile::new(&Box), -9.0, 9.0);
         assert!(mean.abs() < 1e-9 && (square - 1.0 / 12.0).abs() < 1e-7);
         let (mean, square) = moments(&Profile::new(&Tent { radius: 1.0 }), -9.0, 9.0);
         assert!(mean.abs() < 1e-9 && (square - 1.0 / 6.0).abs() < 1e-6, "{square}");
-        // The lowered bell's second moment, by quadrature of its formula with scipy: 0.248 570 86.
+        // The second moment of the shifted Gaussian, by quadrature with scipy: 0.248 570 86.
         let (mean, square) = moments(&Profile::new(&Gaussian::default()), -9.0, 9.0);
         assert!(mean.abs() < 1e-9 && (square - 0.248_570_86).abs() < 2e-5, "{square}");
     }
 
     #[test]
-    fn densities_are_those_that_are_drawn() {
+    fn densities_match_the_samples() {
         let (n, from, to) = (200_000, -0.4, 1.3);
         for profile in [Profile::new(&Box), Profile::new(&Tent { radius: 1.0 }), Profile::new(&Gaussian::default())] {
             let step = (to - from) / f64::from(n);
@@ -285,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn at_a_border_only_the_inner_part_is_drawn() {
+    fn only_the_inner_part_is_sampled_at_a_border() {
         let (mean, _) = moments(&Profile::new(&Tent { radius: 1.0 }), -0.5, 9.0);
         // Mean of a tent cut at -1/2: 1/12 of mass 7/8.
         assert!((mean - (1.0 / 12.0) / (7.0 / 8.0)).abs() < 1e-5, "{mean}");

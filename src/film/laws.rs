@@ -1,4 +1,4 @@
-//! What must hold for reconstruction filters, on the film that uses them.
+//! Laws of reconstruction filters, as used by the film.
 
 use std::f64::consts::TAU;
 
@@ -15,21 +15,21 @@ use crate::{
 pub const LAWS: &[Law] = &[
     Law {
         name: "film/filter",
-        claim: "Positions are drawn around the pixel's centre with the filter as their density; at a border that is not \
-                sampled, its part beyond is cut off.",
-        source: "distribution functions of box, triangle and lowered bell in closed form, by the inverse at 2000 points",
+        claim: "Sampled positions around a pixel's centre have the filter as their density. At a border that is not sampled, the \
+               filter is truncated.",
+        source: "closed-form distribution functions of box, tent and shifted Gaussian, at 2000 quantiles",
         check: Check::Analytic(distribution),
     },
     Law {
         name: "film/footprint",
-        claim: "A pixel's mean position is its centre and the variance is 1/12 for the box, r²/6 for the tent, 0.24857086 for \
-                the default bell.",
-        source: "moments of the densities; the bell's by quadrature",
+        claim: "The mean of a pixel's positions is its centre. The variance is 1/12 for the box, r²/6 for the tent and 0.24857086 \
+               for the default Gaussian.",
+        source: "moments of the densities, of the Gaussian by quadrature",
         check: Check::Analytic(footprint),
     },
 ];
 
-/// A filter element, how far it reaches, and its distribution function.
+/// A filter element with its radius, distribution function and variance.
 struct Subject {
     element: &'static str,
     radius: f64,
@@ -45,7 +45,7 @@ const SUBJECTS: [Subject; 3] = [
         below: tent_below,
         variance: 1.4 * 1.4 / 6.0,
     },
-    Subject { element: r#"<rfilter type="gaussian"/>"#, radius: 2.0, below: bell_below, variance: 0.248_570_86 },
+    Subject { element: r#"<rfilter type="gaussian"/>"#, radius: 2.0, below: gaussian_below, variance: 0.248_570_86 },
 ];
 
 fn box_below(x: f64) -> f64 {
@@ -57,14 +57,16 @@ fn tent_below(x: f64) -> f64 {
     0.5 + s - 0.5 * s * s.abs()
 }
 
-/// Of a bell of standard deviation 1/2, lowered by its value at 2.
-fn bell_below(x: f64) -> f64 {
-    let raised = |x: f64| 0.5 * TAU.sqrt() * (normal::cdf(2.0 * x) - normal::cdf(-4.0)) - (x + 2.0) * (-8.0_f64).exp();
-    raised(x.clamp(-2.0, 2.0)) / raised(2.0)
+/// The distribution function of a Gaussian of standard deviation 1/2, shifted down by its value at 2.
+fn gaussian_below(x: f64) -> f64 {
+    let unnormalised =
+        |x: f64| 0.5 * TAU.sqrt() * (normal::cdf(2.0 * x) - normal::cdf(-4.0)) - (x + 2.0) * (-8.0_f64).exp();
+    unnormalised(x.clamp(-2.0, 2.0)) / unnormalised(2.0)
 }
 
-/// Columns and rows of the film, and of the crop in it.
+/// The width and height of the film.
 const SIZE: (u32, u32) = (40, 30);
+/// The offset and the size of the crop.
 const CROP: (u32, u32, u32, u32) = (5, 7, 12, 9);
 
 fn film(filter: &str, sample_border: bool) -> HdrFilm {
@@ -80,14 +82,14 @@ fn film(filter: &str, sample_border: bool) -> HdrFilm {
     FilmPlugin::read(&document, document.root).expect("the element is a film").format().clone()
 }
 
-/// How many points of the inverse are looked at.
+/// The number of quantiles.
 const POINTS: u32 = 2000;
 
-/// Offsets from a pixel's centre in both directions, at even steps of the number they are drawn by.
+/// The offsets from a pixel's centre at equidistant values of the random numbers.
 fn offsets(film: &HdrFilm, (x, y): (u32, u32)) -> impl Iterator<Item = (f64, DVec2)> {
     let centre = DVec2::new(f64::from(CROP.0 + x) + 0.5, f64::from(CROP.1 + y) + 0.5);
     let steps = (0..POINTS).map(|i| (f64::from(i) + 0.5) / f64::from(POINTS));
-    // The axes must not be mixed up: the second number runs the other way.
+    // The second number runs backwards, which detects exchanged axes.
     steps.map(move |u| (u, film.sample(x, y, DVec2::new(u, 1.0 - u)) - centre))
 }
 
@@ -103,7 +105,8 @@ fn distribution(_: Effort) -> Vec<Finding> {
                     worst.max(along.abs()).max(down.abs())
                 });
                 let border = if sample_border { "sampled" } else { "cut" };
-                // Linear pieces of length h keep the bell's distribution to h²/12 max|f′| = 5e-6, and are exact for others.
+                // Linear pieces of length h have an error of at most h²/12 max|f′| = 5e-6 in the Gaussian's
+                // distribution function, and are exact for the other filters.
                 let subject = format!("{}, pixel {pixel:?}, border {border}", subject.element);
                 findings.push(Finding::error(subject, worst, 1e-5));
             }
@@ -112,7 +115,7 @@ fn distribution(_: Effort) -> Vec<Finding> {
     findings
 }
 
-/// The share of the filter below an offset, of that which is not cut off.
+/// The distribution function at an offset of the filter, truncated to the crop unless the border is sampled.
 fn cut_below(subject: &Subject, sample_border: bool, index: u32, count: u32, offset: f64) -> f64 {
     let centre = f64::from(index) + 0.5;
     let reach = subject.radius;
@@ -132,11 +135,11 @@ fn footprint(_: Effort) -> Vec<Finding> {
         }
         let name = subject.element;
         findings.push(Finding::error(format!("{name}, mean"), mean.abs().max_element(), 1e-9));
-        // The midpoint rule in u, with infinite slope at the ends.
+        // The tolerance covers the midpoint rule in u, whose integrand has infinite slope at the ends.
         findings.push(Finding::value(format!("{name}, variance along x"), square.x, subject.variance, 1e-4));
         findings.push(Finding::value(format!("{name}, variance along y"), square.y, subject.variance, 1e-4));
     }
-    // A tent of radius 1 cut at -1/2 has the mean 1/12 of a mass of 7/8.
+    // A tent of radius 1 truncated at -1/2 has the first moment 1/12 and the mass 7/8.
     let narrow = film(r#"<rfilter type="tent"/>"#, false);
     let mean = offsets(&narrow, (0, 4)).map(|(_, offset)| offset.x).sum::<f64>() / f64::from(POINTS);
     findings.push(Finding::value("tent, mean at the border", mean, 2.0 / 21.0, 1e-5));

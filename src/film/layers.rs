@@ -11,33 +11,33 @@ use crate::{
 /// A named group of channels of an image.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LayerSpec {
-    /// The name before the dot of its channels; empty for the beauty, the image itself.
+    /// The channel prefix before the dot; empty for the beauty layer.
     pub name: String,
-    /// The names of its channels, after the dot.
+    /// The channel names after the dot.
     pub channels: Vec<String>,
-    /// The origin of its values.
+    /// The source of its values.
     pub source: LayerSource,
 }
 
-/// The origin of the values of a layer.
+/// The source of a layer's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LayerSource {
-    /// The mean of the values that the integrator gives for each sample.
+    /// The mean of the integrator's values for each sample.
     Sampled,
     /// The number of samples of a pixel.
     Count,
-    /// The mean of the squared samples of the beauty.
+    /// The mean squared value of the beauty layer's samples.
     SecondMoment,
 }
 
 impl LayerSpec {
-    /// The beauty, which is the image itself: R, G and B without a name.
+    /// The beauty layer: the image itself.
     #[must_use]
     pub fn beauty() -> Self {
         Self { name: String::new(), channels: ["R", "G", "B"].map(String::from).into(), source: LayerSource::Sampled }
     }
 
-    /// A layer of colours that the integrator gives for each sample.
+    /// An RGB layer that the integrator writes.
     #[must_use]
     pub fn sampled(name: &str) -> Self {
         Self { name: name.to_owned(), ..Self::beauty() }
@@ -48,17 +48,17 @@ impl LayerSpec {
     }
 }
 
-/// The samples of a block of pixels, as exact sums: their order makes no difference.
+/// The accumulated samples of some pixels, as exact sums that are independent of the order.
 #[derive(Clone, Debug)]
 pub struct Pixels {
     width: u32,
-    /// By pixel, row by row, and in each by channel.
+    /// The moments of each pixel, row by row, and in each pixel by channel.
     pub(super) moments: Vec<ExactMoments>,
     pub(super) stride: usize,
 }
 
 impl Pixels {
-    /// A block of pixels without samples, with a number of sampled channels.
+    /// Pixels without samples, with `channels` sampled channels.
     #[must_use]
     pub fn new(width: u32, height: u32, channels: usize) -> Self {
         let moments = vec![ExactMoments::default(); width as usize * height as usize * channels];
@@ -88,20 +88,19 @@ impl Pixels {
     }
 }
 
-/// An image in the making: the exact sums of all samples of all pixels. Films of the same scene can be added up in any order,
-/// with the same result to the last bit.
+/// An image while its samples accumulate.
 #[derive(Clone, Debug)]
 pub struct Film {
-    /// The part of the whole film that it holds; `crop.width` and `crop.height` are the size of the image.
+    /// The part of the film that is rendered.
     pub crop: Crop,
-    /// The width and height of the whole film in pixels.
+    /// The size of the entire film in pixels.
     pub size: DVec2,
     /// The layers, the beauty first.
     pub layers: Vec<LayerSpec>,
     pub(super) pixels: Pixels,
-    /// Whether the scatter of its samples tells the variance of the beauty.
+    /// Whether samples are independent, so that their variance gives the variance of the beauty layer.
     pub(super) has_variance: bool,
-    /// What light paths left on the beauty, by pixel; empty if there are none.
+    /// The contributions of light paths to the beauty layer, by pixel; empty if there are none.
     pub(super) splats: Vec<[ExactMoments; 3]>,
 }
 
@@ -128,13 +127,13 @@ impl Film {
         Self { has_variance: false, ..self }
     }
 
-    /// The number of values of a sample: the channels of all sampled layers.
+    /// The number of values of a sample.
     #[must_use]
     pub fn stride(&self) -> usize {
         self.pixels.stride
     }
 
-    /// Adds a block of pixels, whose upper left one has column `x` and row `y` of the rendered part.
+    /// Adds a block of pixels whose top left pixel is at `(x, y)`.
     pub fn add(&mut self, x: u32, y: u32, block: &Pixels) {
         for row in 0..block.height() {
             let (from, to) = (block.start(0, row), self.pixels.start(x, y + row));
@@ -146,8 +145,7 @@ impl Film {
         }
     }
 
-    /// Adds the contributions of light paths to the beauty: for each pixel, row by row, the moments of its three channels.
-    /// Their mean is added to that of the samples.
+    /// Adds contributions of light paths to the beauty layer. Their mean adds to the mean of the samples.
     pub fn add_splats(&mut self, splats: &[[ExactMoments; 3]]) {
         if self.splats.is_empty() {
             self.splats = vec![Default::default(); splats.len()];
@@ -157,25 +155,24 @@ impl Film {
         }
     }
 
-    /// The image as an array: red, green and blue of each pixel in linear Rec. 709, row by row from the top left, `crop.width *
-    /// crop.height` pixels in all. A pixel without samples is black.
+    /// The means of all pixels of the beauty layer, row by row.
     #[must_use]
     pub fn means(&self) -> Vec<[f64; 3]> {
         let [r, g, b] = [0, 1, 2].map(|channel| self.beauty(channel, Estimate::mean));
         r.into_iter().zip(g).zip(b).map(|((r, g), b)| [r, g, b]).collect()
     }
 
-    /// The estimated relative error of the beauty: the square root of the mean variance of a pixel's mean, over all pixels and
-    /// channels, divided by the mean of the image. It is infinite if a pixel has fewer than two samples or the image is
-    /// black. It assumes independent samples, so that it is too large for samplers that spread them evenly.
+    /// The estimated relative error of the beauty layer: the root of the mean variance of the pixel means over all
+    /// pixels and channels, divided by the mean of the image. Infinite if it is unknown. It assumes independent
+    /// samples, so it is too large for stratified samplers.
     #[must_use]
     pub fn relative_error(&self) -> f64 {
-        /// So many pixels are summed by one thread; their sums are added in order.
-        const TOGETHER: usize = 4096;
+        /// The number of pixels that one thread sums; these sums are added in order.
+        const CHUNK: usize = 4096;
         let stride = self.pixels.stride;
-        let pixel = |number: usize, samples: &[ExactMoments]| {
+        let pixel = |index: usize, samples: &[ExactMoments]| {
             let estimate = |channel: usize| {
-                let paths = self.splats.get(number).map(|splats| splats[channel]);
+                let paths = self.splats.get(index).map(|splats| splats[channel]);
                 Estimate { samples: samples[channel], paths }
             };
             let estimates = [0, 1, 2].map(estimate);
@@ -184,11 +181,11 @@ impl Film {
                 estimates.iter().map(Estimate::mean).sum(),
             )
         };
-        let chunks = self.pixels.moments.par_chunks(TOGETHER * stride).enumerate();
+        let chunks = self.pixels.moments.par_chunks(CHUNK * stride).enumerate();
         let sums: Vec<DVec2> = chunks
             .map(|(i, chunk)| {
                 let pixels = chunk.chunks_exact(stride).enumerate();
-                pixels.map(|(k, samples)| pixel(i * TOGETHER + k, samples)).sum()
+                pixels.map(|(k, samples)| pixel(i * CHUNK + k, samples)).sum()
             })
             .collect();
         let values = 3.0 * (self.pixels.moments.len() / stride) as f64;
@@ -197,7 +194,7 @@ impl Film {
         if error.is_nan() { f64::INFINITY } else { error }
     }
 
-    /// Something about a channel of the beauty, by pixel.
+    /// Evaluates a function of a channel of the beauty layer for each pixel.
     fn beauty<T>(&self, channel: usize, value: impl Fn(&Estimate) -> T) -> Vec<T> {
         let samples = self.pixels.moments.iter().skip(channel).step_by(self.pixels.stride);
         let estimate = |(pixel, samples): (usize, &ExactMoments)| {
@@ -207,7 +204,7 @@ impl Film {
         samples.enumerate().map(estimate).collect()
     }
 
-    /// The finished image: the mean of every layer, and the variance of the mean of the beauty if the samples are independent.
+    /// The image: the mean of every layer, and the variance of the beauty layer's mean if it is known.
     #[must_use]
     pub fn image(&self) -> Image {
         let mut image = Image { crop: self.crop, size: self.size, channels: Vec::new(), attributes: Vec::new() };
@@ -239,7 +236,7 @@ impl Film {
     }
 }
 
-/// A pixel's value: the mean of its own samples and, on top of it, that of light paths, which are independent of them.
+/// The estimate of a pixel: the sum of the mean of its samples and the independent mean of the light paths.
 struct Estimate {
     samples: ExactMoments,
     paths: Option<ExactMoments>,
@@ -256,7 +253,8 @@ impl Estimate {
         variance(&self.samples) + self.paths.as_ref().map_or(0.0, variance)
     }
 
-    /// The mean of the squares; of light paths, as if as many as there are samples of a pixel were one sample.
+    /// The mean squared value of a sample. The variance of the light paths' mean counts as if light paths were divided
+    /// among the pixel's samples.
     fn second_moment(&self) -> f64 {
         let (n, mean) = (self.samples.n() as f64, self.mean());
         let of_samples = self.samples.variance().unwrap_or(0.0) * (n - 1.0) / n;
@@ -269,24 +267,24 @@ fn sampled_channels(layers: &[LayerSpec]) -> usize {
     layers.iter().filter(|layer| layer.source == LayerSource::Sampled).map(|layer| layer.channels.len()).sum()
 }
 
-/// The channels with the variance of the mean of each channel of the beauty.
+/// The channels of the variance of the beauty layer's mean, for independent samples.
 pub const VARIANCE: [&str; 3] = ["variance.R", "variance.G", "variance.B"];
 
-/// A finished image: named channels of equal size, each an array of 32-bit floats, row by row from the top left.
+/// An image: named channels of equal size, row by row from the top left.
 #[derive(Clone, Debug)]
 pub struct Image {
-    /// The part of the whole film that it holds; `crop.width` and `crop.height` are the size of the image.
+    /// The part of the film that is rendered.
     pub crop: Crop,
-    /// The width and height of the whole film in pixels.
+    /// The size of the entire film in pixels.
     pub size: DVec2,
-    /// Names and values of the channels, R, G and B first. Those of other layers are called `layer.channel`.
+    /// The names and values of the channels, R, G and B first.
     pub channels: Vec<(String, Vec<f32>)>,
-    /// The attributes of its header: names and texts.
+    /// The names and texts of the header's attributes.
     pub attributes: Vec<(String, String)>,
 }
 
 impl Image {
-    /// The text of an attribute; None if the header lacks it.
+    /// The text of an attribute.
     #[must_use]
     pub fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|(known, _)| known == name).map(|(_, text)| text.as_str())
@@ -298,7 +296,7 @@ impl Image {
         self.channels.iter().find(|(known, _)| known == name).map(|(_, values)| values.as_slice())
     }
 
-    /// Three channels as an array of pixels, row by row; None if the image lacks one of them.
+    /// Three channels as pixels; None if one is missing.
     #[must_use]
     pub fn rgb(&self, names: [&str; 3]) -> Option<Vec<[f32; 3]>> {
         let [r, g, b] = names.map(|name| self.channel(name));
@@ -313,12 +311,12 @@ mod tests {
     use crate::math::rng::Stream;
     use crate::stats::Moments;
 
-    /// What pixel and channel show: something else each, the first pixel nothing.
+    /// The true value of a pixel and channel: 0 in the first pixel, different elsewhere.
     fn truth(pixel: u32, channel: usize) -> f64 {
         f64::from(pixel) * (0.3 + channel as f64)
     }
 
-    /// Exponentially distributed samples, and as many that light paths leave.
+    /// A film with exponentially distributed samples and equally many light paths.
     fn film(seed: u64, samples: u64, has_splats: bool) -> Film {
         let crop = Crop { x: 0, y: 0, width: 5, height: 1 };
         let layers = vec![LayerSpec::beauty(), LayerSpec::sampled("other")];
@@ -342,29 +340,29 @@ mod tests {
     }
 
     #[test]
-    fn the_relative_error_is_that_of_many_images() {
+    fn the_relative_error_matches_the_scatter_of_many_images() {
         for has_splats in [false, true] {
-            let share = if has_splats { 2.0 } else { 1.0 };
+            let terms = if has_splats { 2.0 } else { 1.0 };
             let values = || (0..5).flat_map(|pixel| (0..3).map(move |channel| (pixel, channel)));
-            let mean = values().map(|(pixel, channel)| share * truth(pixel, channel)).sum::<f64>() / 15.0;
-            let (mut squares, mut told) = (Moments::default(), Moments::default());
+            let mean = values().map(|(pixel, channel)| terms * truth(pixel, channel)).sum::<f64>() / 15.0;
+            let (mut squares, mut estimated) = (Moments::default(), Moments::default());
             for seed in 0..2000 {
                 let film = film(seed, 20, has_splats);
                 let means = film.means();
-                let error = |(pixel, channel)| means[pixel as usize][channel] - share * truth(pixel, channel);
+                let error = |(pixel, channel)| means[pixel as usize][channel] - terms * truth(pixel, channel);
                 squares.push(values().map(error).map(|error| error * error).sum::<f64>() / 15.0 / (mean * mean));
-                told.push(film.relative_error().powi(2));
+                estimated.push(film.relative_error().powi(2));
             }
-            let error = (told.mean - squares.mean).abs();
-            let both = told.std_error().unwrap_or(0.0).hypot(squares.std_error().unwrap_or(0.0));
-            // The mean of the image, by which each is divided, scatters too: its variance is some 1.5 % of its square.
-            assert!(error < 4.0 * both + 0.05 * squares.mean, "{} instead of {}", told.mean, squares.mean);
-            assert!(both < 0.03 * squares.mean, "the test could see nothing");
+            let error = (estimated.mean - squares.mean).abs();
+            let both = estimated.std_error().unwrap_or(0.0).hypot(squares.std_error().unwrap_or(0.0));
+            // The mean of the image in the denominator is also random: its variance is about 1.5 % of its square.
+            assert!(error < 4.0 * both + 0.05 * squares.mean, "{} instead of {}", estimated.mean, squares.mean);
+            assert!(both < 0.03 * squares.mean, "the test has too little power");
         }
     }
 
     #[test]
-    fn the_relative_error_is_infinite_where_nothing_is_known() {
+    fn the_relative_error_is_infinite_if_it_is_unknown() {
         for samples in [0, 1] {
             assert_eq!(film(1, samples, false).relative_error(), f64::INFINITY);
         }

@@ -1,4 +1,4 @@
-//! Films: the format and the reconstruction filter of an image, the sums that samples are added to, and image files.
+//! The film: its size and reconstruction filter, the layers that accumulate samples, and image files.
 
 pub mod exr;
 pub mod filter;
@@ -17,19 +17,19 @@ use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
-use crate::scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, catalogue};
+use crate::scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, catalogue, manual};
 use filter::Profile;
 
 catalogue! {
     /// A film.
     pub enum FilmPlugin in Category::Film, {
-        /// High dynamic range, into `OpenEXR` files.
+        /// High dynamic range, for `OpenEXR` files.
         Hdr(HdrFilm),
     }
 }
 
-/// The format of an image: its size in pixels, the part that is rendered, and the reconstruction filter. Files are always
-/// `OpenEXR` with 32-bit floats; Mitsuba's parameters about files are read and have no effect.
+/// The size of the image in pixels, and the reconstruction filter. Files are always `OpenEXR` with 32-bit floats;
+/// Mitsuba's file parameters are accepted but have no effect.
 #[derive(Clone, Debug)]
 pub struct HdrFilm {
     width: u32,
@@ -52,50 +52,50 @@ pub struct Crop {
     pub height: u32,
 }
 
-/// No more pixels than this are gathered, some 10 GB of sums.
+/// The maximum number of pixels, whose sums take about 10 GB.
 const MAX_PIXELS: u64 = 100_000_000;
 const SIZE: Range = Range { min: 1.0, max: 1_000_000.0, open: false };
 
 impl Described for HdrFilm {
     const PLUGIN: Plugin = Plugin {
         category: Category::Film,
+        manual: manual!("mod.rs": "HdrFilm"),
         name: "hdrfilm",
-        summary: "An image of high dynamic range.",
+        summary: "A high dynamic range image.",
         params: &[
-            Param::new("width", ParamKind::Integer, "768", "columns").within(SIZE),
-            Param::new("height", ParamKind::Integer, "576", "rows").within(SIZE),
-            Param::new("crop_offset_x", ParamKind::Integer, "0", "the first column that is rendered")
+            Param::new("width", ParamKind::Integer, "768", "the width of the film in pixels").within(SIZE),
+            Param::new("height", ParamKind::Integer, "576", "the height of the film in pixels").within(SIZE),
+            Param::new("crop_offset_x", ParamKind::Integer, "0", "the first rendered column")
                 .within(Range::NON_NEGATIVE),
-            Param::new("crop_offset_y", ParamKind::Integer, "0", "the first row that is rendered")
-                .within(Range::NON_NEGATIVE),
-            Param::optional("crop_width", ParamKind::Integer, "width", "columns that are rendered").within(SIZE),
-            Param::optional("crop_height", ParamKind::Integer, "height", "rows that are rendered").within(SIZE),
+            Param::new("crop_offset_y", ParamKind::Integer, "0", "the first rendered row").within(Range::NON_NEGATIVE),
+            Param::optional("crop_width", ParamKind::Integer, "width", "the number of rendered columns").within(SIZE),
+            Param::optional("crop_height", ParamKind::Integer, "height", "the number of rendered rows").within(SIZE),
             Param::new(
                 "sample_border",
                 ParamKind::Boolean,
                 "false",
-                "whether wide filters reach beyond the crop's border",
+                "whether filters extend beyond the border of the crop",
             ),
             Param::new(
                 "file_format",
                 ParamKind::Choice(&["openexr", "rgbe", "pfm"]),
                 "openexr",
-                "read; files are OpenEXR",
+                "accepted; files are always OpenEXR",
             ),
             Param::new(
                 "pixel_format",
                 ParamKind::Choice(&["luminance", "luminance_alpha", "rgb", "rgba", "xyz", "xyza"]),
                 "rgb",
-                "read; files hold RGB",
+                "accepted; files always contain RGB",
             ),
             Param::new(
                 "component_format",
                 ParamKind::Choice(&["float16", "float32", "uint32"]),
                 "float16",
-                "read; files hold float32",
+                "accepted; files always contain float32",
             ),
-            Param::new("compensate", ParamKind::Boolean, "false", "read; sums are always exact"),
-            Param::new("banner", ParamKind::Boolean, "true", "read; there is none"),
+            Param::new("compensate", ParamKind::Boolean, "false", "accepted; sums are always exact"),
+            Param::new("banner", ParamKind::Boolean, "true", "accepted; there is no banner"),
             Param::optional("rfilter", ParamKind::Object(Category::Filter), "gaussian", "the reconstruction filter"),
         ],
         examples: &[r#"<film type="hdrfilm"><integer name="width" value="64"/><integer name="height" value="32"/>
@@ -114,7 +114,7 @@ impl Described for HdrFilm {
         let (width, height) = (integer("width")?, integer("height")?);
         let crop = Self::crop(params, width, height)?;
         if u64::from(crop.width) * u64::from(crop.height) > MAX_PIXELS {
-            let error = params.error("width", format!("a film of {} x {} pixels", crop.width, crop.height));
+            let error = params.error("width", format!("the film has {} x {} pixels", crop.width, crop.height));
             return Err(error.hint(format!("at most {MAX_PIXELS} pixels can be rendered at once")));
         }
         let filter = match params.child(Category::Filter)? {
@@ -127,7 +127,7 @@ impl Described for HdrFilm {
 }
 
 impl Default for HdrFilm {
-    /// The film of a sensor that names none.
+    /// The film of a sensor without a film.
     fn default() -> Self {
         let (width, height) = (768, 576);
         let profile = Profile::new(&filter::Gaussian::default());
@@ -142,10 +142,10 @@ impl HdrFilm {
             let given = params.find(size).is_some();
             let length = if given { params.integer(size)?.unsigned_abs() } else { u64::from(whole) };
             if length == 0 || start.saturating_add(length) > u64::from(whole) {
-                let what = format!("the crop of {length} from {start} does not lie within the film's {whole}");
+                let what = format!("the crop of {length} from {start} is not within the film's {whole}");
                 return Err(params
                     .error(if given { size } else { offset }, what)
-                    .hint(format!("give a {size} that does")));
+                    .hint(format!("give a {size} that fits")));
             }
             Ok((start as u32, length as u32))
         };
@@ -154,20 +154,19 @@ impl HdrFilm {
         Ok(Crop { x, y, width: crop_width, height: crop_height })
     }
 
-    /// The width and height of the whole film in pixels. The sensor's field of view spans it.
+    /// The size of the entire film in pixels, which the sensor's field of view spans.
     #[must_use]
     pub fn size(&self) -> DVec2 {
         DVec2::new(f64::from(self.width), f64::from(self.height))
     }
 
-    /// The part that is rendered.
+    /// The rendered part.
     #[must_use]
     pub fn rendered(&self) -> Crop {
         self.crop
     }
 
-    /// Samples a position on the film, in pixels from its top left corner, for the pixel in column `x` and row `y` of the
-    /// rendered part. Its density is the filter around the centre of the pixel.
+    /// Samples a position on the film, in pixels, for the pixel in column `x` and row `y` of the rendered part.
     #[inline]
     #[must_use]
     pub fn sample(&self, x: u32, y: u32, u: DVec2) -> DVec2 {
@@ -180,27 +179,27 @@ impl HdrFilm {
         f64::from(first) + centre + self.profile.sample_within(u, from, to)
     }
 
-    /// Between which offsets from a pixel's centre its filter lies. Without a sampled border, the part beyond it is cut
-    /// off, as it is in Mitsuba.
+    /// The interval of offsets from a pixel's centre to which the filter is restricted. As in Mitsuba, the filter is
+    /// truncated at the border unless the border is sampled.
     fn window(&self, centre: f64, count: u32) -> (f64, f64) {
         if self.sample_border { (f64::MIN, f64::MAX) } else { (-centre, f64::from(count) - centre) }
     }
 
-    /// The pixels of the rendered part whose filter covers a position on the film, by column and row, each with the density
-    /// with which [`HdrFilm::sample`] samples this position for it, in 1/pixel².
+    /// The pixels of the rendered part, by column and row, whose filter covers a position on the film, in pixels. Each
+    /// comes with the density with which [`HdrFilm::sample`] samples the position.
     #[inline]
-    pub fn seen_by(&self, position: DVec2) -> impl Iterator<Item = ((u32, u32), f64)> {
-        let columns = self.seen_along(self.crop.x, self.crop.width, position.x);
-        let rows = self.seen_along(self.crop.y, self.crop.height, position.y);
+    pub fn pixels_covering(&self, position: DVec2) -> impl Iterator<Item = ((u32, u32), f64)> {
+        let columns = self.indices_covering(self.crop.x, self.crop.width, position.x);
+        let rows = self.indices_covering(self.crop.y, self.crop.height, position.y);
         rows.into_iter()
             .flat_map(move |(y, across)| columns.clone().into_iter().map(move |(x, along)| ((x, y), along * across)))
     }
 
-    fn seen_along(&self, first: u32, count: u32, position: f64) -> SmallVec<[(u32, f64); 4]> {
+    fn indices_covering(&self, first: u32, count: u32, position: f64) -> SmallVec<[(u32, f64); 4]> {
         let position = position - f64::from(first);
-        let reach = self.profile.radius();
-        // Beyond the film the casts saturate.
-        let (from, to) = ((position - reach - 0.5).ceil().max(0.0) as u32, (position + reach + 0.5).max(0.0) as u32);
+        let radius = self.profile.radius();
+        // The casts saturate outside the film.
+        let (from, to) = ((position - radius - 0.5).ceil().max(0.0) as u32, (position + radius + 0.5).max(0.0) as u32);
         let density = |index| {
             let centre = f64::from(index) + 0.5;
             let (from, to) = self.window(centre, count);
@@ -211,7 +210,7 @@ impl HdrFilm {
 }
 
 impl FilmPlugin {
-    /// The format of the image.
+    /// The film's parameters.
     #[must_use]
     pub fn format(&self) -> &HdrFilm {
         let Self::Hdr(film) = self;

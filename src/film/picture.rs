@@ -1,4 +1,4 @@
-//! Pictures for the eye: exposure, sRGB, PNG.
+//! Pictures for display: exposure, sRGB and PNG files.
 
 use std::path::Path;
 
@@ -29,22 +29,22 @@ impl RgbImage {
 #[must_use]
 pub fn automatic_exposure(pixels: &[[f32; 3]]) -> f64 {
     let luminances = pixels.iter().map(|p| crate::math::luminance(p.map(f64::from).into()));
-    let lit: Vec<f64> = luminances.filter(|&y| y > 0.0 && y.is_finite()).map(f64::ln).collect();
-    if lit.is_empty() {
+    let logarithms: Vec<f64> = luminances.filter(|&y| y > 0.0 && y.is_finite()).map(f64::ln).collect();
+    if logarithms.is_empty() {
         return 0.0;
     }
-    let mean = lit.iter().sum::<f64>() / lit.len() as f64;
+    let mean = logarithms.iter().sum::<f64>() / logarithms.len() as f64;
     (0.18 / mean.exp()).log2()
 }
 
-/// Linear to sRGB, 8 bits. IEC 61966-2-1.
+/// Encodes a linear value as 8-bit sRGB, IEC 61966-2-1.
 #[must_use]
 pub fn srgb_byte(linear: f64) -> u8 {
     let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
     (255.0 * encoded.clamp(0.0, 1.0)).round() as u8
 }
 
-/// Tone-maps linear pixels by exposure in stops and clipping.
+/// Tone-maps linear pixels by an exposure in stops and clipping.
 #[must_use]
 pub fn tone_mapped(width: u32, pixels: &[[f32; 3]], exposure: f64) -> RgbImage {
     let scale = exposure.exp2();
@@ -52,7 +52,7 @@ pub fn tone_mapped(width: u32, pixels: &[[f32; 3]], exposure: f64) -> RgbImage {
     RgbImage { width, height, pixels: pixels.iter().map(|p| p.map(|x| srgb_byte(scale * f64::from(x)))).collect() }
 }
 
-/// A picture as the bytes of a PNG file.
+/// Encodes a picture as a PNG file.
 #[must_use]
 pub fn png_bytes(picture: &RgbImage) -> Vec<u8> {
     let mut bytes = Vec::new();
@@ -71,7 +71,7 @@ pub fn png_bytes(picture: &RgbImage) -> Vec<u8> {
 /// Writes a PNG file.
 ///
 /// # Errors
-/// If it cannot be written; then there is none.
+/// If the file cannot be written; no partial file remains.
 pub fn write_png(path: &Path, picture: &RgbImage) -> Result<(), FileError> {
     write_whole(path, &png_bytes(picture))
 }

@@ -1,4 +1,4 @@
-//! Contributions of light paths, which may reach any pixel of the film.
+//! Splats: contributions of light paths to arbitrary pixels of the film.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -7,20 +7,20 @@ use glam::DVec2;
 use super::HdrFilm;
 use crate::{math::Rgb, stats::ExactMoments};
 
-/// The sums of all contributions of light paths to a film. All threads add to them at once; the sums are exact, so that the
-/// order makes no difference.
+/// The contributions of light paths to a film, accumulated by all threads concurrently. Sums are exact, so the result
+/// does not depend on the order.
 #[derive(Debug)]
 pub struct Splats {
     width: u32,
-    /// Rows of pixels that are locked together, three channels each.
+    /// Bands of rows, each with its own lock, with three channels per pixel.
     bands: Vec<Mutex<Vec<[ExactMoments; 3]>>>,
 }
 
-/// Rows of a band.
+/// The number of rows of a band.
 const ROWS: u32 = 8;
 
 impl Splats {
-    /// Sums of zero for an image of this size.
+    /// Splats without contributions.
     #[must_use]
     pub fn new(width: u32, height: u32) -> Self {
         let band = |first: u32| {
@@ -30,7 +30,8 @@ impl Splats {
         Self { width, bands: (0..height).step_by(ROWS as usize).map(band).collect() }
     }
 
-    /// Adds contributions and clears the list. Each entry is the sum of everything that one path adds to one pixel.
+    /// Adds the contributions of some paths and clears the list. Each entry is the total contribution of one path to
+    /// one pixel.
     pub fn add(&self, splats: &mut Vec<((u32, u32), Rgb)>) {
         splats.sort_unstable_by_key(|((x, y), _)| (y / ROWS, *y, *x));
         for chunk in splats.chunk_by(|((_, one), _), ((_, other), _)| one / ROWS == other / ROWS) {
@@ -44,7 +45,7 @@ impl Splats {
         splats.clear();
     }
 
-    /// The moments of the three channels of each pixel, row by row, over a number of paths.
+    /// The moments of all pixels, row by row, over `paths` paths.
     #[must_use]
     pub fn finish(self, paths: u64) -> Vec<[ExactMoments; 3]> {
         let bands = self.bands.into_iter().map(|band| band.into_inner().unwrap_or_else(PoisonError::into_inner));
@@ -56,22 +57,22 @@ impl Splats {
     }
 }
 
-/// A thread that panicked leaves no entry half-written.
+/// Ignores poisoning: a panic does not leave a partially written entry.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The contributions of one light path to the pixels of a film.
+/// The contributions of one path to the pixels of a film.
 #[derive(Debug, Default)]
 pub struct Path {
     pixels: Vec<((u32, u32), Rgb)>,
 }
 
 impl Path {
-    /// Adds light at a position on the film, in pixels. Contributions to the same pixel are added up.
+    /// Adds light at a position on the film, in pixels. Contributions to the same pixel are summed.
     #[inline]
     pub fn splat(&mut self, film: &HdrFilm, position: DVec2, value: Rgb) {
-        for (pixel, density) in film.seen_by(position) {
+        for (pixel, density) in film.pixels_covering(position) {
             let value = density * value;
             match self.pixels.iter_mut().find(|(known, _)| *known == pixel) {
                 Some((_, sum)) => *sum += value,
@@ -121,11 +122,11 @@ mod tests {
     ];
 
     fn total(film: &HdrFilm, position: DVec2) -> f64 {
-        film.seen_by(position).map(|(_, density)| density).sum()
+        film.pixels_covering(position).map(|(_, density)| density).sum()
     }
 
     #[test]
-    fn all_bands_and_a_rest_are_summed_exactly() {
+    fn full_and_partial_bands_are_summed_exactly() {
         let splats = Splats::new(5, 19);
         splats.add(&mut vec![((4, 18), Rgb::new(1.0, 2.0, 3.0)), ((0, 0), Rgb::ONE), ((4, 18), Rgb::splat(0.5))]);
         splats.add(&mut vec![((2, 8), Rgb::ONE)]);
@@ -138,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn two_hits_of_a_pixel_are_one_value() {
+    fn two_contributions_to_a_pixel_are_summed() {
         let film = film(FILTERS[0], "");
         let mut path = Path::default();
         path.splat(&film, DVec2::new(3.2, 4.9), Rgb::new(1.0, 2.0, 4.0));
@@ -151,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn what_falls_beside_the_film_is_lost() {
+    fn light_outside_the_film_is_ignored() {
         for filter in FILTERS {
             let film =
                 film(filter, r#"<integer name="crop_offset_x" value="4"/><integer name="crop_width" value="9"/>"#);
@@ -167,20 +168,20 @@ mod tests {
     }
 
     #[test]
-    fn every_filter_leaves_the_same_light_in_the_middle() {
+    fn every_filter_keeps_the_total_light_inside_the_film() {
         for filter in FILTERS {
             let film = film(filter, "");
             let mut stream = Stream::at(&[80]);
-            // A filter that is no partition of unity is one on average.
-            let share = || DVec2::new(6.0, 5.0) + stream.next_2d();
-            let totals: Moments = std::iter::repeat_with(share).take(20_000).map(|at| total(&film, at)).collect();
+            // A filter that is not a partition of unity is one on average.
+            let position = || DVec2::new(6.0, 5.0) + stream.next_2d();
+            let totals: Moments = std::iter::repeat_with(position).take(20_000).map(|at| total(&film, at)).collect();
             let error = (totals.mean - 1.0).abs();
             assert!(error <= 4.0 * totals.std_error().expect("many samples") + 1e-12, "{filter}: {}", totals.mean);
         }
     }
 
     #[test]
-    fn each_pixel_at_a_border_sees_a_density_of_one() {
+    fn the_density_of_each_pixel_at_a_border_integrates_to_one() {
         for filter in FILTERS {
             for more in ["", r#"<boolean name="sample_border" value="true"/>"#] {
                 let film = film(filter, more);
@@ -189,14 +190,15 @@ mod tests {
                     let at = |i: u32, middle: u32| {
                         f64::from(middle) + 0.5 + 3.0 * ((f64::from(i) + 0.5) / f64::from(n) * 2.0 - 1.0)
                     };
-                    let seen = |i, j| film.seen_by(DVec2::new(at(i, x), at(j, y))).find(|(pixel, _)| *pixel == (x, y));
+                    let density =
+                        |i, j| film.pixels_covering(DVec2::new(at(i, x), at(j, y))).find(|(pixel, _)| *pixel == (x, y));
                     let sum: f64 = (0..n)
                         .flat_map(|i| (0..n).map(move |j| (i, j)))
-                        .filter_map(|(i, j)| seen(i, j))
+                        .filter_map(|(i, j)| density(i, j))
                         .map(|(_, d)| d)
                         .sum();
                     let mass = sum * (6.0 / f64::from(n)).powi(2);
-                    // The midpoint rule, across a jump at the most.
+                    // The midpoint rule, over at most one discontinuity.
                     assert!((mass - 1.0).abs() < 0.025, "{filter}{more} {x},{y}: {mass}");
                 }
             }

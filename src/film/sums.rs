@@ -1,4 +1,4 @@
-//! The sums of a film: merged with those of other films, and as bytes.
+//! The sums of a film: merging and serialization.
 
 use std::io::{self, Read, Write};
 
@@ -8,16 +8,16 @@ use serde::{Deserialize, Serialize};
 use super::{Crop, Film, LayerSource, LayerSpec};
 use crate::{memory::NoMemory, stats::ExactMoments};
 
-/// All of a film but its sums: enough to read them from a file.
+/// The description of a film without its sums.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
-    /// The part of the whole film that it holds.
+    /// The part of the film that is rendered.
     pub crop: Crop,
-    /// The width and height of the whole film in pixels.
+    /// The width and height of the entire film.
     pub size: [f64; 2],
     /// The layers, the beauty first.
     pub layers: Vec<LayerSpec>,
-    /// Whether the image has variances.
+    /// Whether its image has variance channels.
     pub has_variance: bool,
 }
 
@@ -48,14 +48,14 @@ impl Frame {
 }
 
 impl Film {
-    /// All of the film but its sums.
+    /// The description of the film without its sums.
     #[must_use]
     pub fn frame(&self) -> Frame {
         let (crop, size) = (self.crop, self.size.to_array());
         Frame { crop, size, layers: self.layers.clone(), has_variance: self.has_variance }
     }
 
-    /// Whether light paths have contributed.
+    /// Whether light paths contribute to the film.
     #[must_use]
     pub fn has_splats(&self) -> bool {
         !self.splats.is_empty()
@@ -69,13 +69,14 @@ impl Film {
         }
     }
 
-    /// Whether each pixel has this number of samples.
+    /// Whether each pixel has `count` samples.
     #[must_use]
     pub fn has_samples(&self, count: u64) -> bool {
         self.pixels.moments.iter().all(|moments| moments.n() == count)
     }
 
-    /// Writes all sums: for each pixel, row by row, those of its sampled channels; then those of light paths, if there are any.
+    /// Writes all sums: for each pixel, row by row, those of its sampled channels, then those of splats if there are
+    /// any.
     ///
     /// # Errors
     /// Those of the writer.

@@ -8,10 +8,10 @@ use crate::{
     photon::radius::PassCounts,
     sampler::PathSampler,
     scene::{Scene, SurfaceInteraction},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError, manual},
 };
 
-/// Layers that show what the first surface is like, beside the image of another integrator if there is one inside.
+/// Layers of properties of the first surface, beside the image of another integrator if one is nested inside.
 /// Each is the mean over the pixel's samples, of 0 where there is no surface. `wireframe` is 1 within half
 /// a pixel of an edge of a triangle of a mesh, so that the edges between triangles are lines as wide as a pixel, and 0
 /// elsewhere; operands of a csg show none.
@@ -35,7 +35,7 @@ enum Quantity {
     SampleCount,
 }
 
-/// The one list of what a layer can show: the word in `aovs`, and the channels.
+/// All quantities: the word in `aovs`, and the channels.
 const QUANTITIES: [(&str, Quantity, &[&str]); 10] = [
     ("depth", Quantity::Depth, &["T"]),
     ("position", Quantity::Position, &["X", "Y", "Z"]),
@@ -74,6 +74,7 @@ impl Quantity {
 impl Described for Aov {
     const PLUGIN: Plugin = Plugin {
         category: Category::Integrator,
+        manual: manual!("aov.rs": "Aov"),
         name: "aov",
         summary: "Layers of what the first surface is like, beside another integrator's image.",
         params: &[

@@ -3,7 +3,7 @@ use crate::{
     math::Rgb,
     sampler::PathSampler,
     scene::Scene,
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
 };
 
 /// The distance from the near clipping plane to the first surface along the ray, 0 where there is none; the same in
@@ -14,6 +14,7 @@ pub struct Depth;
 impl Described for Depth {
     const PLUGIN: Plugin = Plugin {
         category: Category::Integrator,
+        manual: manual!("depth.rs": "Depth"),
         name: "depth",
         summary: "The distance to the first surface, from the near clipping plane.",
         params: &[],

@@ -6,12 +6,12 @@ use crate::{
     math::Rgb,
     sampler::PathSampler,
     scene::Scene,
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     transport::{CameraPath, SampleCounts, Shadows},
 };
 
-/// Light that is emitted towards the camera or scattered once, with so many samples of lights and of the BSDF,
-/// combined by the power heuristic.
+/// Direct illumination: light that reaches the camera from an emitter, or after one scattering. Emitter sampling and BSDF
+/// sampling are combined by the power heuristic.
 #[derive(Clone, Debug)]
 pub struct Direct {
     emitter_samples: u32,
@@ -25,12 +25,13 @@ const COUNT: Range = Range { min: 0.0, max: 1e6, open: false };
 impl Described for Direct {
     const PLUGIN: Plugin = Plugin {
         category: Category::Integrator,
+        manual: manual!("direct.rs": "Direct"),
         name: "direct",
-        summary: "Light that is scattered at most once.",
+        summary: "Direct illumination: light that is scattered at most once.",
         params: &[
-            Param::new("shading_samples", ParamKind::Integer, "1", "samples of lights, and as many of the bsdf")
+            Param::new("shading_samples", ParamKind::Integer, "1", "samples of emitters, and as many of the bsdf")
                 .within(COUNT),
-            Param::optional("emitter_samples", ParamKind::Integer, "shading_samples", "samples of lights")
+            Param::optional("emitter_samples", ParamKind::Integer, "shading_samples", "samples of emitters")
                 .within(COUNT),
             Param::optional("bsdf_samples", ParamKind::Integer, "shading_samples", "samples of the bsdf").within(COUNT),
             HIDE_EMITTERS,

@@ -2,7 +2,7 @@ use super::{Estimator, Integrator, IntegratorModel, IntegratorState, Iteration, 
 use crate::{
     film::{LayerSource, LayerSpec},
     scene::Scene,
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError, manual},
 };
 
 /// Renders another integrator's image and writes the mean of the squares of its samples as the layer `m2`. (Every
@@ -15,6 +15,7 @@ pub struct Moment {
 impl Described for Moment {
     const PLUGIN: Plugin = Plugin {
         category: Category::Integrator,
+        manual: manual!("moment.rs": "Moment"),
         name: "moment",
         summary: "Another integrator's image with the second moment of its samples.",
         params: &[Param::required(

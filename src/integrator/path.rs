@@ -6,21 +6,21 @@ use super::{
     },
 };
 use crate::{
-    bsdf::Sample,
+    bsdf::BsdfSample,
     film::LayerSpec,
     math::Rgb,
     sampler::PathSampler,
     scene::Scene,
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
     transport::{CameraPath, ClassRadiance, PathClass, PathLimits, SampleCounts, ShadingPoint, Shadows},
 };
 
 /// Path tracing with next event estimation and multiple importance sampling by the power heuristic, the same
-/// estimator as Mitsuba's `path`. Paths `L(S|D)*E`, but light from a point or a direction only where the vertex next
-/// to it is not a mirror or glass.
+/// estimator as Mitsuba's `path`. It finds the paths `L(S|D)*E`. Light of delta emitters (points, spots, directions) is
+/// missing where the vertex next to the emitter is a mirror or glass.
 ///
 /// With `transparent_shadows`, which is not physical, light reaches a surface straight through glass, weighted by the
-/// transmittance at every face; what paths find through the same glass on their bent ways is left out instead.
+/// transmittance at every face. Paths that are refracted by the same glass then leave this light out.
 #[derive(Clone, Debug)]
 pub struct Path {
     limits: PathLimits,
@@ -32,6 +32,7 @@ pub struct Path {
 impl Described for Path {
     const PLUGIN: Plugin = Plugin {
         category: Category::Integrator,
+        manual: manual!("path.rs": "Path"),
         name: "path",
         summary: "Path tracing with next event estimation and multiple importance sampling.",
         params: &[MAX_DEPTH, RR_DEPTH, HIDE_EMITTERS, TRANSPARENT_SHADOWS, PATH_CLASSES],
@@ -126,7 +127,7 @@ struct PastGlass {
 }
 
 impl PastGlass {
-    fn scatter(&mut self, point: &ShadingPoint<'_>, sample: &Sample, path: &CameraPath<'_>) {
+    fn scatter(&mut self, point: &ShadingPoint<'_>, sample: &BsdfSample, path: &CameraPath<'_>) {
         if self.is_on {
             let passes = sample.wo.z * point.query.wi.z < 0.0;
             self.is_found = path.is_from_smooth_lobe() || self.is_found && passes;

@@ -12,16 +12,16 @@ use crate::{
     math::{Ray, Rgb},
     sampler::{PathSampler, SampleStream as _},
     scene::Scene,
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
     sensor::SensorModel as _,
     transport::{CameraPath, LightVertex, PathLimits, shading_normal_correction, trace_light_path},
 };
 
-/// Light tracing: paths start at the lights, and each of their vertices is connected with the sensor. One such path for
-/// each sample of each pixel; it shows `L(S|D)*DE`, and lights themselves, `LE`, by a ray of the pixel's own. What a
-/// mirror or glass shows to the sensor stays black, for no connection finds it. Surfaces that glow are seen, and light nothing.
+/// Light tracing: paths start at the emitters, and each of their vertices is connected with the camera. Each sample of each
+/// pixel traces one such path. They show `L(S|D)*DE`; the camera ray of the pixel shows emitters, `LE`. Mirrors and glass look
+/// black, because a connection cannot hit a delta lobe. Self-emission of materials is visible but lights nothing.
 ///
-/// It is the adjoint of [`Path`](super::Path), and good at what that is bad at: caustics, of points above all.
+/// It is the adjoint of [`Path`](super::Path), and strong where that is weak: at caustics, above all those of point lights.
 #[derive(Clone, Debug)]
 pub struct ParticleTracer {
     limits: PathLimits,
@@ -31,8 +31,9 @@ pub struct ParticleTracer {
 impl Described for ParticleTracer {
     const PLUGIN: Plugin = Plugin {
         category: Category::Integrator,
+        manual: manual!("ptracer.rs": "ParticleTracer"),
         name: "ptracer",
-        summary: "Light tracing: paths from the lights, connected with the sensor.",
+        summary: "Light tracing: paths from the emitters, connected with the camera.",
         params: &[MAX_DEPTH, RR_DEPTH, HIDE_EMITTERS],
         examples: &[r#"<integrator type="ptracer"><integer name="max_depth" value="8"/></integrator>"#],
         evidence: &["light-tracing/*"],
@@ -95,13 +96,13 @@ impl LightTracing<'_> {
     /// Connects a vertex with the camera: a position on the film and the value that the camera sees there.
     fn sample_sensor(&self, vertex: &LightVertex<'_>, sampler: &mut PathSampler) -> Option<(DVec2, Rgb)> {
         let (scene, point) = (self.scene, &vertex.point);
-        if !point.bsdf.is_smooth() || self.integrator.hide_emitters && scene.is_light(&point.si) {
+        if !point.bsdf.is_smooth() || self.integrator.hide_emitters && scene.is_emitter(&point.si) {
             return None;
         }
         let surface = &point.si.surface;
         let sensor_sample = scene.sensor.camera.sample_direction(surface.p, sampler.next_2d())?;
         // Beside the film there is nothing to see.
-        scene.sensor.film.seen_by(sensor_sample.film).next()?;
+        scene.sensor.film.pixels_covering(sensor_sample.film).next()?;
         let wo = surface.shading.to_local(sensor_sample.direction);
         let mut scattered = point.bsdf.eval_cos(&point.query, wo);
         if scattered == Rgb::ZERO || self.is_hidden(&sensor_sample.ray) {
@@ -121,7 +122,7 @@ impl LightTracing<'_> {
         }
         let mut rest = *ray;
         while let Some(si) = self.scene.intersect(&rest) {
-            if !self.scene.is_light(&si) {
+            if !self.scene.is_emitter(&si) {
                 return true;
             }
             rest.t_min = si.t + Ray::leaving_distance(si.surface.p) / ray.direction.length();

@@ -2,58 +2,58 @@ use glam::{DAffine3, DVec3};
 
 use super::Ray;
 
-/// An axis-aligned box, closed; empty where `min > max`.
+/// An axis-aligned bounding box. It is closed, and empty if `min > max` on an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
-    /// The least corner.
+    /// The corner with the least coordinates.
     pub min: DVec3,
-    /// The greatest corner.
+    /// The corner with the greatest coordinates.
     pub max: DVec3,
 }
 
 impl Aabb {
-    /// The empty box, the neutral element of [`Aabb::union`].
+    /// The box without points: the neutral element of [`Aabb::union`].
     pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
     /// All of space.
     pub const EVERYTHING: Self = Self { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY };
 
-    /// The smallest box around points.
+    /// The smallest box that contains all of the points.
     pub fn around(points: impl IntoIterator<Item = DVec3>) -> Self {
         points.into_iter().fold(Self::EMPTY, Self::including)
     }
 
-    /// The smallest box around this one and a point.
+    /// The smallest box that contains this box and the point `p`.
     #[must_use]
     pub fn including(self, p: DVec3) -> Self {
         Self { min: self.min.min(p), max: self.max.max(p) }
     }
 
-    /// The smallest box around two boxes.
+    /// The smallest box that contains both boxes.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// The intersection of two boxes.
+    /// The points that both boxes contain.
     #[must_use]
     pub fn intersection(self, other: Self) -> Self {
         Self { min: self.min.max(other.min), max: self.max.min(other.max) }
     }
 
-    /// Whether it contains no point.
+    /// Whether the box contains no points.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()
     }
 
-    /// The centre.
+    /// The centre of the box.
     #[must_use]
     pub fn centre(&self) -> DVec3 {
         0.5 * (self.min + self.max)
     }
 
-    /// The edge lengths.
+    /// The edge lengths along x, y and z.
     #[must_use]
     pub fn extent(&self) -> DVec3 {
         self.max - self.min
@@ -68,7 +68,7 @@ impl Aabb {
         })
     }
 
-    /// The box around the image of this one under an affine map. The image of an infinite box is [`Aabb::EVERYTHING`].
+    /// A box around the image of this box under an affine map. An infinite box gives [`Aabb::EVERYTHING`].
     #[must_use]
     pub fn transformed(&self, map: &DAffine3) -> Self {
         if !self.min.is_finite() || !self.max.is_finite() {
@@ -77,21 +77,23 @@ impl Aabb {
         Self::around(self.corners().map(|c| map.transform_point3(c)))
     }
 
-    /// The centre and the radius of the sphere around the box.
+    /// The centre and the radius of the sphere through the corners.
     #[must_use]
     pub fn bounding_sphere(&self) -> (DVec3, f64) {
         (self.centre(), 0.5 * self.extent().length())
     }
 
-    /// Whether a point lies in the box.
+    /// Whether the box contains the point `p`.
     #[inline]
     #[must_use]
     pub fn contains(&self, p: DVec3) -> bool {
         (self.min.cmple(p) & p.cmple(self.max)).all()
     }
 
-    /// The parameters at which the line of a ray enters and leaves the box, with the number of the face: `2 axis + side`, where
-    /// the upper side is 1. The line is inside between the last entry into and the first exit from the three slabs.
+    /// The parameters at which the line of a ray enters and leaves the box, each with the face that it crosses there. The
+    /// face index is `2 axis + side`; `side` is 0 at `min` and 1 at `max`. The ray's `t_min` and `t_max` are ignored.
+    ///
+    /// A line is inside the box between the last entry into one of the three slabs and the first exit from one.
     #[inline]
     #[must_use]
     pub fn cross(&self, ray: &Ray) -> Option<[(f64, usize); 2]> {
@@ -105,7 +107,7 @@ impl Aabb {
                 }
                 continue;
             }
-            // Going up, one enters through the lower side.
+            // A line along +axis enters the slab through its lower face.
             let down = usize::from(d < 0.0);
             let [near, far] = if d < 0.0 { [max, min] } else { [min, max] };
             let (t_near, t_far) = ((near - o) / d, (far - o) / d);

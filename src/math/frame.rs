@@ -1,6 +1,6 @@
 use glam::DVec3;
 
-/// A right-handed orthonormal frame. The z axis of its local space is the normal.
+/// A right-handed orthonormal frame. The normal is the z axis of local directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// The first tangent.
@@ -12,7 +12,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// A frame around a unit normal, with arbitrary tangents. It is continuous in the normal except at `n.z = 0`.
+    /// A frame around a unit normal. It is continuous in the normal except at `n.z = 0`.
     /// Duff et al. 2017, "Building an Orthonormal Basis, Revisited", JCGT 6(1), listing 3.
     #[must_use]
     pub fn from_normal(n: DVec3) -> Self {
@@ -24,13 +24,13 @@ impl Frame {
         Self { s, t, n }
     }
 
-    /// A vector of the world in the local space.
+    /// Transforms a vector from the world to the frame.
     #[must_use]
     pub fn to_local(&self, v: DVec3) -> DVec3 {
         DVec3::new(self.s.dot(v), self.t.dot(v), self.n.dot(v))
     }
 
-    /// A vector of the local space in the world.
+    /// Transforms a vector from the frame to the world.
     #[must_use]
     pub fn to_world(&self, v: DVec3) -> DVec3 {
         v.x * self.s + v.y * self.t + v.z * self.n

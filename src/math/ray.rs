@@ -1,36 +1,37 @@
 use glam::{DAffine3, DVec3};
 
-/// A half-line `origin + t * direction`, restricted to `t_min < t < t_max`.
+/// A ray `origin + t * direction`. Hits count if `t_min < t < t_max`.
 ///
-/// The direction may have any length but 0, so that an affine map of a ray into a shape's own space keeps its parameter `t`.
+/// The direction need not have unit length: a ray keeps its parameter `t` when an affine map takes it to a shape's local
+/// space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// The point at `t = 0`.
     pub origin: DVec3,
-    /// The direction; finite and not zero.
+    /// The direction: finite and not zero.
     pub direction: DVec3,
-    /// Hits at or before this parameter are ignored.
+    /// The lower bound of the parameter, excluded.
     pub t_min: f64,
-    /// Hits at or beyond this parameter are ignored.
+    /// The upper bound of the parameter, excluded.
     pub t_max: f64,
 }
 
 impl Ray {
-    /// The whole half-line from `origin`.
+    /// The ray from `origin` with `0 < t < ∞`.
     #[must_use]
     pub fn new(origin: DVec3, direction: DVec3) -> Self {
         Self { origin, direction, t_min: 0.0, t_max: f64::INFINITY }
     }
 
-    /// A ray that leaves a surface at `origin`. It starts at a relative offset of [`Ray::LEAVING`] along its direction, so that
-    /// it does not hit the surface itself, which rounding may put a few ulp away.
+    /// A ray that is spawned on a surface at `origin`. It starts at [`Ray::leaving_distance`], so that it does not hit the
+    /// surface again, although rounding puts `origin` a few ulp off that surface.
     #[must_use]
     pub fn leaving(origin: DVec3, direction: DVec3) -> Self {
         Self { t_min: Self::leaving_distance(origin), ..Self::new(origin, direction) }
     }
 
-    /// The segment between two surface points without its ends, for visibility tests. The parameter is the fraction of the
-    /// distance.
+    /// The shadow ray from one surface point to another. Both ends are excluded. The parameter is the fraction of the
+    /// distance: 0 at `origin`, 1 at `target`.
     #[must_use]
     pub fn between(origin: DVec3, target: DVec3) -> Self {
         let direction = target - origin;
@@ -45,7 +46,7 @@ impl Ray {
         self.origin + t * self.direction
     }
 
-    /// The ray in the space that an affine map leads to, with the same parameter `t`.
+    /// The image of the ray under an affine map, with the same parameter `t`.
     #[inline(always)]
     #[must_use]
     pub fn transformed(&self, map: &DAffine3) -> Self {
@@ -59,11 +60,12 @@ impl Ray {
         self.t_min < t && t < self.t_max
     }
 
-    /// [`Ray::leaving_distance`] divided by the largest coordinate. Rounding moves a computed hit by about 1e-15 of the scene's
-    /// coordinates; 1e-9 covers rays that graze at 1e-6 radians.
+    /// The ratio of [`Ray::leaving_distance`] to the greatest coordinate. Rounding displaces a computed hit by about 1e-15
+    /// of the scene's coordinates. 1e-9 is enough for rays that graze a surface at 1e-6 radians.
     pub const LEAVING: f64 = 1e-9;
 
-    /// The distance along a ray from `p` within which a hit is taken for the surface that the ray leaves.
+    /// The offset of spawned rays: the distance along a ray from `p` within which hits are taken as hits on the surface
+    /// that contains `p`.
     #[inline]
     #[must_use]
     pub fn leaving_distance(p: DVec3) -> f64 {

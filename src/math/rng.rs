@@ -1,5 +1,5 @@
-//! Random numbers by address: a stream is a pure function of its address, so that any path can be replayed alone and the
-//! order of threads does not change an image.
+//! Random numbers by address. A stream is a pure function of its address (seed, pixel, sample, ...), so that any path can
+//! be replayed alone, and an image does not depend on the timing of threads.
 
 use glam::DVec2;
 use rand_core::Rng as _;
@@ -15,7 +15,7 @@ pub fn mix(mut x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// A hash of a sequence of numbers; sequences that differ anywhere have unrelated hashes.
+/// A hash of a sequence of integers. Sequences that differ in an element or in their order have unrelated hashes.
 #[inline]
 #[must_use]
 pub fn hash(parts: &[u64]) -> u64 {
@@ -24,7 +24,7 @@ pub fn hash(parts: &[u64]) -> u64 {
         .fold(0x9e37_79b9_7f4a_7c15, |h, &part| mix(h.rotate_left(23).wrapping_add(0x9e37_79b9_7f4a_7c15) ^ mix(part)))
 }
 
-/// A stream of uniform random numbers.
+/// A stream of uniform random numbers that belongs to an address.
 #[derive(Clone, Debug)]
 pub struct Stream(Pcg64Mcg);
 
@@ -37,27 +37,27 @@ impl Stream {
         Self(Pcg64Mcg::new(u128::from(high) << 64 | u128::from(mix(high ^ 0x6a09_e667_f3bc_c909))))
     }
 
-    /// Uniform on [0, 1), a multiple of 2⁻⁵³.
+    /// The next number, uniform on [0, 1): a multiple of 2⁻⁵³.
     #[inline]
     pub fn next_1d(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 * 2.0_f64.powi(-53)
     }
 
-    /// Uniform on the unit square [0, 1)².
+    /// The next point, uniform on the unit square.
     #[inline]
     pub fn next_2d(&mut self) -> DVec2 {
         DVec2::new(self.next_1d(), self.next_1d())
     }
 
-    /// 64 uniform bits.
+    /// The next 64 random bits.
     pub fn next_bits(&mut self) -> u64 {
         self.0.next_u64()
     }
 }
 
-/// The element at `index` of the random permutation of `0..length` with the number `seed`.
+/// The element at `index` of a random permutation of `0..length`, which `seed` selects.
 /// Kensler 2013, "Correlated Multi-Jittered Sampling", Pixar technical memo 13-01: a hash that is a bijection on the next
-/// power of two, walked until it falls inside.
+/// power of two, repeated until its value is below `length`.
 #[must_use]
 pub fn permute(mut index: u32, length: u32, seed: u32) -> u32 {
     debug_assert!(index < length);
@@ -115,7 +115,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_permutation_is_one(length in 1u32..200, seed: u32) {
+        fn permute_maps_indices_one_to_one(length in 1u32..200, seed: u32) {
             let images: HashSet<u32> = (0..length).map(|i| permute(i, length, seed)).collect();
             prop_assert_eq!(images.len() as u32, length);
             prop_assert!(images.iter().all(|&i| i < length));

@@ -1,10 +1,10 @@
 //! Real roots of polynomials.
 
-/// The real roots of `a x² + b x + c`, the smaller first; None if there is none. A double root, and the root of a line, is
-/// returned twice.
+/// The real roots of `a x² + b x + c` in ascending order, or `None`. A double root is returned twice, as is the root of a
+/// linear polynomial (`a = 0`).
 ///
-/// The root that suffers from cancellation is computed from the product of the roots, so that both are exact to a few ulp.
-/// Press et al. 2007, *Numerical Recipes*, section 5.6.
+/// The root that would suffer from cancellation is computed from the product of the roots, so that both are accurate to
+/// a few ulp. Press et al. 2007, *Numerical Recipes*, section 5.6.
 #[must_use]
 pub fn quadratic(a: f64, b: f64, c: f64) -> Option<[f64; 2]> {
     if a == 0.0 {

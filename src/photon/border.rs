@@ -4,8 +4,8 @@ use glam::{DVec2, DVec3};
 
 use super::Kernel;
 
-/// How much of a kernel around a point lies within a flat, convex or concave, polygon that the point is in: 1 far from its
-/// border, 1/2 on an edge, 1/4 in a right corner.
+/// The fraction of a kernel's mass around a point that lies within a flat polygon around the point: 1 far from the
+/// border, 1/2 on an edge, 1/4 in a right-angled corner. The polygon may be concave.
 #[must_use]
 pub(super) fn mass_within(kernel: Kernel, polygon: &[DVec3], p: DVec3, radius: f64) -> f64 {
     let next = |i: usize| polygon[(i + 1) % polygon.len()];
@@ -21,21 +21,21 @@ pub(super) fn mass_within(kernel: Kernel, polygon: &[DVec3], p: DVec3, radius: f
 }
 
 fn distance_to_segment(p: DVec3, from: DVec3, to: DVec3) -> f64 {
-    let way = to - from;
-    let t = ((p - from).dot(way) / way.length_squared()).clamp(0.0, 1.0);
-    (from + t * way - p).length()
+    let edge = to - from;
+    let t = ((p - from).dot(edge) / edge.length_squared()).clamp(0.0, 1.0);
+    (from + t * edge - p).length()
 }
 
-/// What lies between the middle and an edge, negative if the edge runs clockwise.
+/// The kernel's mass in the wedge between the centre and an edge, negative if the edge runs clockwise.
 fn within_wedge(kernel: Kernel, from: DVec2, to: DVec2, radius: f64) -> f64 {
-    let way = (to - from).normalize();
-    let signed = from.perp_dot(way);
+    let direction = (to - from).normalize();
+    let signed = from.perp_dot(direction);
     let h = signed.abs();
-    // On the edge itself the wedge has no angle.
+    // For a point on the edge, the wedge has angle zero.
     if h < 1e-12 * radius {
         return 0.0;
     }
-    // Beyond the circle's angle the edge lies outside of the circle.
+    // The tangent of the angle at which the edge leaves the circle.
     let reach = if h < radius { (radius * radius - h * h).sqrt() / h } else { 0.0 };
     let up_to = |t: f64| {
         let tangent = t / h;
@@ -43,7 +43,7 @@ fn within_wedge(kernel: Kernel, from: DVec2, to: DVec2, radius: f64) -> f64 {
         let beyond = tangent.atan() - inside.atan();
         kernel.within_triangle(h, inside, radius) + beyond / TAU
     };
-    signed.signum() * (up_to(to.dot(way)) - up_to(from.dot(way)))
+    signed.signum() * (up_to(to.dot(direction)) - up_to(from.dot(direction)))
 }
 
 #[cfg(test)]
@@ -58,7 +58,7 @@ mod tests {
         DVec3::new(-1.0, 1.0, 0.3),
     ];
 
-    /// By the midpoint rule.
+    /// The fraction by the midpoint rule.
     fn mass_by_quadrature(kernel: Kernel, p: DVec3, radius: f64) -> f64 {
         let n = 1200;
         let step = 2.0 * radius / f64::from(n);
@@ -72,10 +72,10 @@ mod tests {
     }
 
     #[test]
-    fn the_table_of_a_straight_edge() {
-        for (u, share) in [(0.0, 0.5), (0.25, 0.657_481), (0.5, 0.804_499), (0.75, 0.927_853), (1.0, 1.0)] {
+    fn the_mass_at_a_straight_edge_matches_a_table() {
+        for (u, expected) in [(0.0, 0.5), (0.25, 0.657_481), (0.5, 0.804_499), (0.75, 0.927_853), (1.0, 1.0)] {
             let p = DVec3::new(1.0 - 0.2 * u, 0.1, 0.3);
-            assert!((mass_within(Kernel::Constant, &SQUARE, p, 0.2) - share).abs() < 1e-6, "{u}");
+            assert!((mass_within(Kernel::Constant, &SQUARE, p, 0.2) - expected).abs() < 1e-6, "{u}");
         }
         for (_, kernel) in Kernel::ALL {
             assert!((mass_within(kernel, &SQUARE, DVec3::new(1.0, 1.0, 0.3), 0.2) - 0.25).abs() < 1e-9);
@@ -86,14 +86,14 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(12))]
         #[test]
-        fn the_mass_is_that_of_quadrature(x in -1.0..1.0f64, y in -1.0..1.0f64, radius in 0.05..3.0f64, which in 0..3usize) {
+        fn the_mass_matches_quadrature(x in -1.0..1.0f64, y in -1.0..1.0f64, radius in 0.05..3.0f64, which in 0..3usize) {
             let (p, kernel) = (DVec3::new(x, y, 0.3), Kernel::ALL[which].1);
-            let (ours, theirs) = (mass_within(kernel, &SQUARE, p, radius), mass_by_quadrature(kernel, p, radius));
-            // A cell of the grid along the border may be counted wrongly.
-            prop_assert!((ours - theirs).abs() < 6e-3 * theirs, "{} {}", ours, theirs);
+            let (mass, quadrature) = (mass_within(kernel, &SQUARE, p, radius), mass_by_quadrature(kernel, p, radius));
+            // Quadrature may misclassify the grid cells on the border.
+            prop_assert!((mass - quadrature).abs() < 6e-3 * quadrature, "{} {}", mass, quadrature);
             let mut turned = SQUARE;
             turned.reverse();
-            prop_assert!((mass_within(kernel, &turned, p, radius) - ours).abs() < 1e-12);
+            prop_assert!((mass_within(kernel, &turned, p, radius) - mass).abs() < 1e-12);
         }
     }
 }

@@ -10,14 +10,15 @@ use crate::{
     transport::{PathClass, ShadingPoint},
 };
 
-/// Which photons an estimate is made of.
+/// The parameters of a radiance estimate: which photons count, and their weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EstimateParameters {
-    /// How many of the nearest photons; the farthest of them only sets the radius. None for all photons within `radius`.
+    /// The number of nearest photons, of which the farthest only sets the radius. None uses all photons within
+    /// `radius`.
     pub nearest: Option<NonZeroUsize>,
-    /// The greatest distance of a photon, in m.
+    /// The maximum distance of a photon, in m.
     pub radius: f64,
-    /// How much a photon counts at its distance.
+    /// The weight of a photon by its distance.
     pub kernel: Kernel,
 }
 
@@ -26,7 +27,7 @@ pub struct EstimateParameters {
 pub struct GatherPoint {
     /// The point.
     pub p: DVec3,
-    /// The unit normal of the geometric surface, on the side that is looked at.
+    /// The unit geometric normal on this side.
     pub n: DVec3,
     pub(super) side: SurfaceSide,
     pub(super) polygon: Option<[DVec3; 4]>,
@@ -40,13 +41,13 @@ impl GatherPoint {
         Self { p: si.surface.p, n: si.facing(), side, polygon: scene.polygon(si) }
     }
 
-    /// A point of a plane without a border.
+    /// A point on an infinite plane.
     #[cfg(test)]
     pub(super) fn flat(p: DVec3, n: DVec3, surface_id: u32) -> Self {
         Self { p, n, side: SurfaceSide::new(n, surface_id), polygon: None }
     }
 
-    /// Whether something arrived at this side of this surface, where the normal differs by at most 45 degrees.
+    /// Whether a photon arrived at this side of this surface, where the normal differs by at most 45 degrees.
     #[inline]
     fn shares_side_with(&self, other: SurfaceSide) -> bool {
         const COS: f64 = std::f64::consts::FRAC_1_SQRT_2;
@@ -59,20 +60,21 @@ impl GatherPoint {
 pub struct NearbyPhoton<'p, P = Photon> {
     /// The photon.
     pub photon: &'p P,
-    /// How much it counts: the density of power at the point, in W/m², is the sum of this times the photons' powers.
+    /// The kernel density in 1/m². The irradiance estimate at the point, in W/m², is the sum of this times the photon's
+    /// power.
     pub density: f64,
-    /// Its squared distance over the square of the radius.
+    /// The squared distance over the squared radius, from 0 to 1.
     pub squared_distance: f64,
 }
 
-/// A way to find the photons near a point, on its side of its surface.
+/// A lookup of the photons near a point, on the point's side of its surface.
 pub trait PhotonLookup {
-    /// Shows each of them to `visit`, always in the same order.
+    /// Calls `visit` for each of them, in a deterministic order.
     fn for_each_nearby(&self, point: &GatherPoint, visit: impl FnMut(NearbyPhoton<'_>));
 }
 
 /// The radiance estimate: the light of the photons around a shading point that is scattered back along the path, Jensen
-/// 2001, eq. (7.6). Of the photons found, those count that `accepts` lets through; `add` receives the class and the radiance of
+/// 2001, eq. (7.6). Only photons that `accepts` returns true for count. `add` receives the class and the radiance of
 /// each.
 #[inline]
 pub fn radiance_estimate(
@@ -90,7 +92,7 @@ pub fn radiance_estimate(
         }
         let NearbyPhoton { photon, density, .. } = nearby;
         let direction = photon.direction();
-        // Photons are counted per area: the cosine at the geometric surface is in their density already.
+        // The photon density per surface area already includes the cosine at the geometric surface.
         let cos = direction.dot(gather_point.n);
         if cos > 0.0 {
             let scattered = point.bsdf.eval_cos(&point.query, shading.to_local(direction));
@@ -99,16 +101,16 @@ pub fn radiance_estimate(
     });
 }
 
-/// Rounding may put a point of a border outside of it, where next to nothing of a kernel is left.
+/// The minimum kernel mass: rounding may move a point on the border outside the polygon, where hardly any mass is left.
 const MIN_MASS: f64 = 1e-3;
 
-/// A kernel around a point, normalized over the part of its disc that lies within the border of a flat polygon.
+/// A kernel around a point, normalized over the part of its disc within the border of a flat polygon.
 pub(super) struct KernelSum<'s> {
     point: &'s GatherPoint,
     kernel: Kernel,
     radius_squared: f64,
     per_radius_squared: f64,
-    /// The value of the kernel in the middle, computed when the first photon counts.
+    /// The value of the kernel at the centre, computed for the first photon that counts.
     height: Option<f64>,
 }
 
@@ -119,7 +121,7 @@ impl<'s> KernelSum<'s> {
         Self { point, kernel, radius_squared, per_radius_squared, height: None }
     }
 
-    /// Shows a photon if it is on the side that is looked at.
+    /// Calls `visit` for a photon if it is on the point's side of the surface.
     #[inline]
     pub(super) fn visit<P: Stored>(
         &mut self,

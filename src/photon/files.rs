@@ -1,12 +1,12 @@
-//! Photons as files for other programs.
+//! Exports photons as PLY and NumPy files.
 
 use super::{EmittedPhotons, Photon, PhotonMapKind};
 use crate::film::picture::{automatic_exposure, srgb_byte};
 
-/// A photon with its place, and the number of its map.
-type Kept<'h> = (&'h [f32; 3], &'h Photon, u8);
+/// The position of a photon, the photon, and the index of its map.
+type Record<'h> = (&'h [f32; 3], &'h Photon, u8);
 
-fn all<'h>(maps: &[(PhotonMapKind, &'h EmittedPhotons)]) -> impl Iterator<Item = Kept<'h>> {
+fn all<'h>(maps: &[(PhotonMapKind, &'h EmittedPhotons)]) -> impl Iterator<Item = Record<'h>> {
     maps.iter().flat_map(|&(kind, emitted)| {
         emitted.positions.iter().zip(&emitted.photons).map(move |(position, photon)| (position, photon, kind as u8))
     })
@@ -20,15 +20,15 @@ fn push_floats(bytes: &mut Vec<u8>, values: [f32; 3]) {
     bytes.extend(values.into_iter().flat_map(f32::to_le_bytes));
 }
 
-/// Position, power and direction.
-fn push_vectors(bytes: &mut Vec<u8>, (position, photon, _): Kept<'_>) {
+/// Writes the position, power and direction.
+fn push_vectors(bytes: &mut Vec<u8>, (position, photon, _): Record<'_>) {
     push_floats(bytes, *position);
     push_floats(bytes, photon.power().as_vec3().to_array());
     push_floats(bytes, photon.direction().as_vec3().to_array());
 }
 
-/// Class, bounces and map.
-fn push_numbers(bytes: &mut Vec<u8>, (_, photon, map): Kept<'_>) {
+/// Writes the class, the number of bounces and the map.
+fn push_numbers(bytes: &mut Vec<u8>, (_, photon, map): Record<'_>) {
     bytes.push(photon.class() as u8);
     bytes.extend((photon.bounces() as u16).to_le_bytes());
     bytes.push(map);
@@ -52,7 +52,7 @@ property ushort bounces
 property uchar map
 ";
 
-/// A binary PLY file with a point for each photon; its colour is its power, tone-mapped.
+/// The bytes of a binary PLY file with a vertex for each photon, whose colour is its tone-mapped power.
 #[must_use]
 pub fn ply(maps: &[(PhotonMapKind, &EmittedPhotons)]) -> Vec<u8> {
     let powers: Vec<[f32; 3]> = all(maps).map(|(_, photon, _)| photon.power().as_vec3().to_array()).collect();
@@ -64,10 +64,10 @@ pub fn ply(maps: &[(PhotonMapKind, &EmittedPhotons)]) -> Vec<u8> {
          element vertex {count}\n{PLY_PROPERTIES}end_header\n"
     )
     .into_bytes();
-    for kept in all(maps) {
-        push_vectors(&mut bytes, kept);
-        bytes.extend(kept.1.power().to_array().map(|power| srgb_byte(scale * power)));
-        push_numbers(&mut bytes, kept);
+    for record in all(maps) {
+        push_vectors(&mut bytes, record);
+        bytes.extend(record.1.power().to_array().map(|power| srgb_byte(scale * power)));
+        push_numbers(&mut bytes, record);
     }
     bytes
 }
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_cloud_has_as_many_bytes_as_its_header_says() {
+    fn the_size_of_a_point_cloud_matches_its_header() {
         let (global, caustic) = (trace_photons(&[1.0, 0.5]), trace_photons(&[2.0]));
         let bytes = ply(&[(PhotonMapKind::Global, &global), (PhotonMapKind::Caustic, &caustic)]);
         let text = String::from_utf8_lossy(&bytes);
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn an_array_names_its_fields() {
+    fn an_array_has_named_fields() {
         let global = trace_photons(&[1.0, 0.5]);
         let bytes = npy(&[(PhotonMapKind::Global, &global)]);
         let (header, data) = bytes.split_at(256);
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn without_photons_there_is_a_header_alone() {
+    fn a_file_without_photons_has_only_a_header() {
         assert!(ply(&[]).ends_with(b"end_header\n"));
         assert_eq!(npy(&[]).len(), 256);
     }

@@ -3,43 +3,43 @@ use smallvec::SmallVec;
 
 use super::{EmittedPhotons, GatherPoint, Kernel, NearbyPhoton, Photon, PhotonLookup, estimate::KernelSum};
 
-/// Photons in the cells of a grid, hashed: made at once, and made for lookups of a radius near half the edge of a cell.
-/// What it shows does not depend on the number of threads.
+/// Photons in a hashed uniform grid, built in one step, for lookups with a radius near half the edge of a cell. The
+/// order in which it visits photons does not depend on the number of threads.
 #[derive(Debug)]
 pub struct PhotonGrid {
     cells: Cells,
-    /// By the first bits of the bucket's number.
-    parts: Vec<Part>,
+    /// The photons by the first bits of their bucket's index.
+    parts: Vec<GridPart>,
 }
 
-/// How places are numbered.
+/// Maps positions to cells and buckets.
 #[derive(Clone, Copy, Debug)]
 struct Cells {
     per_length: f64,
-    /// There are 2^bits buckets.
+    /// The number of buckets is 2^bits.
     bits: u32,
 }
 
-/// The photons of some buckets, in the order of the buckets and in each in that of their emission.
+/// The photons of consecutive buckets, in the order of the buckets and, within each, of emission.
 #[derive(Debug)]
-struct Part {
-    /// Where each bucket ends.
+struct GridPart {
+    /// The index after the last photon of each bucket.
     ends: Vec<u32>,
-    photons: Vec<Placed>,
+    photons: Vec<GridPhoton>,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
-struct Placed {
+struct GridPhoton {
     position: [f32; 3],
     photon: Photon,
 }
 
 impl Cells {
-    /// The cell of a place along each axis.
+    /// The cell of a position along each axis.
     #[inline]
     fn of(&self, position: [f64; 3]) -> [i64; 3] {
         position.map(|x| {
-            // Rounds down without a call of the library.
+            // Rounds down without a library call.
             let towards_zero = (x * self.per_length) as i64;
             towards_zero - i64::from(towards_zero as f64 > x * self.per_length)
         })
@@ -47,7 +47,7 @@ impl Cells {
 
     #[inline]
     fn bucket(&self, [x, y, z]: [i64; 3]) -> u32 {
-        // Multiplicative hashing by odd numbers without pattern; the highest bits depend on all others.
+        // Multiplicative hashing with odd factors; the highest bits depend on all others.
         const FACTORS: [u64; 3] = [0x9e37_79b9_7f4a_7c15, 0xd1b5_4a32_d192_ed03, 0x8cb9_2ba7_2f3d_8dd7];
         let [x, y, z] = [x, y, z].map(|x| x as u64);
         let mixed =
@@ -56,49 +56,50 @@ impl Cells {
     }
 }
 
-/// More buckets than this are not made.
+/// The maximum of `Cells::bits`.
 const MAX_BITS: u32 = 26;
 
 impl PhotonGrid {
-    /// Sorts photons, in pieces, into cells of an edge in m.
+    /// Sorts batches of photons into cells whose edge is given in m.
     ///
     /// # Panics
     /// If there are 2³² photons or more.
     #[must_use]
     pub fn new(emitted: &[EmittedPhotons], edge: f64) -> Self {
-        let count: usize = emitted.iter().map(|piece| piece.photons.len()).sum();
-        let count = u32::try_from(count).expect("photons are numbered in 32 bits");
+        let count: usize = emitted.iter().map(|batch| batch.photons.len()).sum();
+        let count = u32::try_from(count).expect("photon indices have 32 bits");
         let bits = count.next_power_of_two().trailing_zeros().clamp(1, MAX_BITS);
         let cells = Cells { per_length: edge.recip(), bits };
         let bucket = |position: &[f32; 3]| cells.bucket(cells.of(position.map(f64::from)));
-        let of_piece = |piece: &EmittedPhotons| piece.positions.iter().map(bucket).collect();
-        let buckets: Vec<Vec<u32>> = emitted.par_iter().map(of_piece).collect();
+        let of_batch = |batch: &EmittedPhotons| batch.positions.iter().map(bucket).collect();
+        let buckets: Vec<Vec<u32>> = emitted.par_iter().map(of_batch).collect();
         // Each thread picks the photons of its own buckets.
         let parts = rayon::current_num_threads().next_power_of_two().min(1 << bits);
         let size = (1 << bits) / parts;
-        let part = |part: usize| Part::new(emitted, &buckets, part * size, size);
+        let part = |part: usize| GridPart::new(emitted, &buckets, part * size, size);
         Self { cells, parts: (0..parts).into_par_iter().map(part).collect() }
     }
 
-    /// How many photons there are.
+    /// The number of photons.
     #[must_use]
     pub fn len(&self) -> usize {
         self.parts.iter().map(|part| part.photons.len()).sum()
     }
 
-    /// Whether there is none.
+    /// Whether it holds no photon.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Lookups of all photons within a radius in m, weighted by a kernel.
+    /// A lookup of all photons within a radius in m, weighted by a kernel.
     #[must_use]
     pub fn within(&self, radius: f64, kernel: Kernel) -> GridLookup<'_> {
         GridLookup { grid: self, radius, kernel }
     }
 
-    /// The buckets of all cells that a ball meets, each once; None if there are more cells than buckets.
+    /// The buckets of all cells that a sphere's bounding box overlaps, without duplicates; None if there are more cells
+    /// than buckets.
     #[inline]
     fn buckets(&self, point: &GatherPoint, radius: f64) -> Option<SmallVec<[u32; 8]>> {
         let low = self.cells.of((point.p - radius).to_array());
@@ -122,7 +123,7 @@ impl PhotonGrid {
     }
 
     #[inline]
-    fn bucket(&self, bucket: u32) -> &[Placed] {
+    fn bucket(&self, bucket: u32) -> &[GridPhoton] {
         let shift = self.cells.bits - self.parts.len().trailing_zeros();
         let part = &self.parts[(bucket >> shift) as usize];
         let index = (bucket & ((1 << shift) - 1)) as usize;
@@ -131,7 +132,7 @@ impl PhotonGrid {
     }
 }
 
-/// Lookups of a grid with the same radius and kernel.
+/// A lookup in a grid with a fixed radius and kernel.
 #[derive(Clone, Copy, Debug)]
 pub struct GridLookup<'g> {
     grid: &'g PhotonGrid,
@@ -146,7 +147,7 @@ impl PhotonLookup for GridLookup<'_> {
         let radius_squared = ((radius * radius) as f32).clamp(f32::MIN_POSITIVE, f32::MAX);
         let mut sum = KernelSum::new(point, self.kernel, radius_squared);
         let p = point.p.as_vec3().to_array();
-        let mut visit_all = |photons: &[Placed]| {
+        let mut visit_all = |photons: &[GridPhoton]| {
             for placed in photons {
                 let [x, y, z] = [0, 1, 2].map(|axis| placed.position[axis] - p[axis]);
                 let distance_squared = x * x + y * y + z * z;
@@ -165,8 +166,8 @@ impl PhotonLookup for GridLookup<'_> {
     }
 }
 
-impl Part {
-    /// Counting sort of the photons of so many buckets.
+impl GridPart {
+    /// Counting sort of the photons of `size` buckets from index `first`.
     fn new(emitted: &[EmittedPhotons], buckets: &[Vec<u32>], first: usize, size: usize) -> Self {
         let own = |bucket: u32| (bucket as usize).checked_sub(first).filter(|index| *index < size);
         let mut ends = vec![0_u32; size];
@@ -179,12 +180,12 @@ impl Part {
         for end in &mut ends {
             (*end, total) = (total, total + *end);
         }
-        // Each starts where it will end once all of its photons are placed.
-        let mut photons = vec![Placed::default(); total as usize];
-        for (piece, buckets) in emitted.iter().zip(buckets) {
-            for ((&position, &photon), &bucket) in piece.positions.iter().zip(&piece.photons).zip(buckets) {
+        // Each entry is the start of its bucket here, and its end once all photons are placed.
+        let mut photons = vec![GridPhoton::default(); total as usize];
+        for (batch, buckets) in emitted.iter().zip(buckets) {
+            for ((&position, &photon), &bucket) in batch.positions.iter().zip(&batch.photons).zip(buckets) {
                 if let Some(index) = own(bucket) {
-                    photons[ends[index] as usize] = Placed { position, photon };
+                    photons[ends[index] as usize] = GridPhoton { position, photon };
                     ends[index] += 1;
                 }
             }
@@ -217,7 +218,7 @@ mod tests {
         emitted
     }
 
-    /// The numbers and densities of all photons that a lookup finds, in the order of the numbers.
+    /// The identifiers and densities of all photons that a lookup finds, ordered by identifier.
     fn found(lookup: &impl PhotonLookup, point: &GatherPoint) -> Vec<(u64, f64)> {
         let mut found = Vec::new();
         lookup.for_each_nearby(point, |nearby| found.push((nearby.photon.power().x as u64, nearby.density)));
@@ -228,7 +229,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
         #[test]
-        fn it_finds_what_the_tree_finds(
+        fn the_grid_finds_the_same_photons_as_the_tree(
             count in 0..400usize,
             edge in prop_oneof![1e-3..0.1f64, 0.1..20.0f64],
             radius in prop_oneof![1e-3..1.0f64, 1.0..60.0f64],
@@ -248,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn the_order_does_not_depend_on_threads() {
+    fn the_order_does_not_depend_on_the_number_of_threads() {
         let emitted = trace_photons(5000, 1.0);
         let point = GatherPoint::flat(DVec3::new(0.0, 0.0, -0.35), DVec3::Z, 3);
         let order = |threads| {
@@ -259,9 +260,9 @@ mod tests {
             lookup.for_each_nearby(&point, |nearby| order.push(nearby.photon.power().x));
             order
         };
-        let alone = order(1);
-        assert!(alone.len() > 100);
-        assert_eq!(alone, order(2));
-        assert_eq!(alone, order(7));
+        let with_one_thread = order(1);
+        assert!(with_one_thread.len() > 100);
+        assert_eq!(with_one_thread, order(2));
+        assert_eq!(with_one_thread, order(7));
     }
 }

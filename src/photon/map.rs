@@ -5,16 +5,16 @@ use rayon::prelude::*;
 use super::{EstimateParameters, GatherPoint, NearbyPhoton, Photon, PhotonLookup, Stored, estimate::KernelSum};
 use crate::math::Aabb;
 
-/// Photons, or something else that arrives at surfaces, in a k-d tree.
+/// A k-d tree of photons, or of other records at surfaces.
 #[derive(Debug)]
 pub struct PhotonMap<P = Photon> {
-    /// None without photons.
+    /// None if there are no photons.
     tree: Option<ImmutableKdTree<f32, 3>>,
     photons: Vec<P>,
 }
 
 impl<P: Stored> PhotonMap<P> {
-    /// Puts photons into a tree: in f32, as many positions as photons.
+    /// Builds a tree of photons and their positions, which must be equally many.
     ///
     /// # Panics
     /// If a coordinate is not finite, or there are 2³² photons or more.
@@ -24,11 +24,11 @@ impl<P: Stored> PhotonMap<P> {
         if photons.is_empty() {
             return Self { tree: None, photons };
         }
-        // Neighbours in space are neighbours in memory, where an estimate finds them together.
+        // Photons that are near in space are stored near in memory, which makes lookups faster.
         let order = along_curve(positions);
         let positions: Vec<_> = order.iter().map(|&index| positions[index as usize]).collect();
         let photons = order.into_iter().map(|index| photons[index as usize]).collect();
-        let tree = ImmutableKdTree::new_from_slice(&positions).expect("finite points make a tree of any shape");
+        let tree = ImmutableKdTree::new_from_slice(&positions).expect("a tree can be built from any finite points");
         Self { tree: Some(tree), photons }
     }
 
@@ -44,18 +44,18 @@ impl<P: Stored> PhotonMap<P> {
         self.photons.is_empty()
     }
 
-    /// Its size in bytes: a photon, its position, and the number by which the tree knows it.
+    /// The memory in bytes: each photon, its position, and its index in the tree.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.photons.len() * (size_of::<P>() + size_of::<[f32; 3]>() + size_of::<u32>())
     }
 
-    /// Shows the photons around a point, on its side of its surface, to `visit`.
+    /// Calls `visit` for the photons around a point, on the point's side of its surface.
     ///
-    /// With the k-th nearest photon at the distance r, those within r count by the kernel of radius r, and the k-th itself
-    /// does not: its distance is what the others are distributed below. So the estimate is `(k-1) / πr²` photons per
-    /// area for photons of one surface, which has the right mean where the density is even; `k / πr²` would be too
-    /// bright by `k / (k-1)`. Photons of other surfaces in between change nothing of that. The kernel is normalized
+    /// If the k-th nearest photon is at the distance r, the photons within r count with the kernel of radius r. The
+    /// k-th itself does not count, because its distance defines the radius. So the estimate is `(k-1) / πr²` photons
+    /// per area for photons of one surface, which is unbiased where the density is constant. `k / πr²` would be too
+    /// bright by `k / (k-1)`. This also holds if photons of other surfaces lie in between. The kernel is normalized
     /// within the border of a flat polygon.
     #[inline]
     pub fn for_each_nearby(
@@ -65,7 +65,7 @@ impl<P: Stored> PhotonMap<P> {
         mut visit: impl FnMut(NearbyPhoton<'_, P>),
     ) {
         let Some(tree) = &self.tree else { return };
-        // Distances are in f32, which have neither arbitrarily small nor arbitrarily great squares.
+        // Distances are f32: the clamp keeps their squares in range.
         let cap = ((parameters.radius * parameters.radius) as f32).clamp(f32::MIN_POSITIVE, f32::MAX);
         let query = point.p.as_vec3().to_array();
         match parameters.nearest {
@@ -82,7 +82,7 @@ impl<P: Stored> PhotonMap<P> {
                 } else {
                     cap
                 };
-                // Photons that all lie in one point have no density: they are spread over the greatest disc.
+                // If all photons lie at one point, the estimate uses the maximum radius.
                 let mut sum = KernelSum::new(point, parameters.kernel, if reach > 0.0 { reach } else { cap });
                 for found in &found {
                     sum.visit(&self.photons[found.item as usize], found.distance, &mut visit);
@@ -92,12 +92,12 @@ impl<P: Stored> PhotonMap<P> {
     }
 }
 
-/// Lookups of a map with the same parameters.
+/// A lookup in a map with fixed parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct MapLookup<'m> {
     /// The map.
     pub map: &'m PhotonMap,
-    /// Which of its photons an estimate is made of.
+    /// The parameters of the estimate.
     pub parameters: &'m EstimateParameters,
 }
 
@@ -108,7 +108,7 @@ impl PhotonLookup for MapLookup<'_> {
     }
 }
 
-/// The order of points along Morton's curve through their box, equal places by their numbers.
+/// The order of points along a Morton curve through their bounding box. Points with equal codes keep their order.
 fn along_curve(positions: &[[f32; 3]]) -> Vec<u32> {
     let point = |position: &[f32; 3]| DVec3::from_array(position.map(f64::from));
     let bounds = Aabb::around(positions.iter().map(point));
@@ -122,7 +122,7 @@ fn along_curve(positions: &[[f32; 3]]) -> Vec<u32> {
     codes.into_iter().map(|(_, index)| index).collect()
 }
 
-/// The lowest 21 bits of a number, each followed by two zeros.
+/// The lowest 21 bits of `x`, each followed by two zeros.
 fn spread_bits(x: u64) -> u64 {
     const STEPS: [(u32, u64); 5] = [
         (32, 0x001f_0000_0000_ffff),
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn beside_a_polygon_by_rounding_photons_still_count_a_number() {
+    fn photons_outside_a_polygon_by_rounding_have_a_finite_density() {
         let square = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y];
         let photon = Photon::new(Rgb::ONE, DVec3::Z, SurfaceSide::new(DVec3::Z, 7), 1, PathClass::Direct);
         for p in [DVec3::ZERO, DVec3::new(-1e-9, -1e-9, 0.0), DVec3::new(0.5, -1e-6, 0.0)] {
@@ -163,7 +163,7 @@ mod tests {
                     let mut counts = Vec::new();
                     let parameters = EstimateParameters { nearest: None, radius, kernel };
                     map.for_each_nearby(&point, &parameters, |nearby| counts.push(nearby.density));
-                    let [count] = counts[..] else { panic!("one photon is there") };
+                    let [count] = counts[..] else { panic!("one photon is found") };
                     assert!(count.is_finite() && count > 0.0, "{p} {radius} {kernel:?}: {count}");
                 }
             }

@@ -1,17 +1,17 @@
 use glam::{DVec2, DVec3};
 
-/// Encodes a unit vector in two numbers of `bits` bits each: the octahedron `|x| + |y| + |z| = 1`, unfolded into a square.
-/// Meyer et al. 2010, "On Floating-Point Normal Vectors".
+/// Encodes a unit vector as two integers of `bits` bits each, by the octahedron `|x| + |y| + |z| = 1` unfolded into a
+/// square. Meyer et al. 2010, "On Floating-Point Normal Vectors".
 pub(super) fn encode(v: DVec3, bits: u32) -> u64 {
     let p = v.truncate() / v.abs().element_sum();
     let p = if v.z < 0.0 { fold(p) } else { p };
     let steps = f64::from((1_u32 << bits) - 1);
-    // To the nearest step; the cast rounds down.
+    // Rounds to the nearest step; the cast truncates.
     let part = |x: f64| ((0.5 * (x + 1.0) * steps + 0.5) as u64).min((1 << bits) - 1);
     part(p.x) | part(p.y) << bits
 }
 
-/// Decodes a unit vector.
+/// Decodes a unit vector from [`encode`]'s code.
 pub(super) fn decode(code: u64, bits: u32) -> DVec3 {
     let steps = f64::from((1_u32 << bits) - 1);
     let part = |code: u64| (code & ((1 << bits) - 1)) as f64 / steps * 2.0 - 1.0;
@@ -25,8 +25,9 @@ fn fold(p: DVec2) -> DVec2 {
     DVec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y))
 }
 
-/// The largest angle between a unit vector and what is decoded, in radians. Half a step of both numbers moves a point of
-/// the octahedron by √6 of it, and the center of a face is 1/√3 away; 5 % cover the second order and the rounding of the angle.
+/// The maximum angle between a unit vector and its decoded code, in radians. Half a step in both integers moves a point
+/// of the octahedron by √6 half steps, and the centre of a face is at distance 1/√3. A margin of 5 % covers
+/// second-order terms and rounding of the angle.
 #[cfg(test)]
 pub(super) const fn max_error(bits: u32) -> f64 {
     1.05 * 4.242_640_687 / ((1_u32 << bits) - 1) as f64

@@ -1,81 +1,83 @@
-//! How the radii of density estimates shrink from pass to pass, so that bias and variance both vanish. Squares of radii are
-//! relative to that of the first pass.
+//! Radius reduction of density estimates over the passes, so that bias and variance both vanish. Squared radii are
+//! relative to the first pass.
 
 use statrs::function::gamma::ln_gamma;
 
-/// The square of the radius in a pass, from 0, that is the same for all pixels: each is `(i + α) / (i + 1)` times that before
-/// it, the i-th, so that it tends to `i^(α-1) / Γ(1+α)`. Passes know nothing of one another.
+/// The squared radius in a pass (counted from 0), the same for all pixels. From the i-th pass (counted from 1) to the
+/// next, it changes by the factor `(i + α) / (i + 1)`, so it tends to `i^(α-1) / Γ(1+α)`. Passes are independent.
 ///
-/// The variance of the mean of n passes falls like `n^-α` and its bias like `n^(α-1)`; α = 2/3 is the best for both together.
-/// Knaus and Zwicker 2011, "Progressive Photon Mapping: A Probabilistic Approach", eq. (15).
+/// The variance of the mean of n passes falls like `n^-α` and its bias like `n^(α-1)`; α = 2/3 minimizes the mean
+/// square error asymptotically. Knaus and Zwicker 2011, "Progressive Photon Mapping: A Probabilistic Approach", eq.
+/// (15).
 #[must_use]
 pub fn of_pass(pass: u32, alpha: f64) -> f64 {
     let i = f64::from(pass) + 1.0;
-    // The product, by Γ(x + 1) = x Γ(x).
+    // The product in closed form, by Γ(x + 1) = x Γ(x).
     (ln_gamma(i + alpha) - ln_gamma(1.0 + alpha) - ln_gamma(i + 1.0)).exp()
 }
 
-/// The radius of one pixel, which shrinks by the photons that it finds.
+/// The radius of one pixel, which shrinks depending on the photons that the pixel finds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PixelRadius {
-    /// Its square, over that of the first pass.
+    /// The squared radius, relative to the first pass.
     pub squared: f64,
-    /// The photons that would be within it if the density of those found so far were the same everywhere; to
-    /// [`PixelRadius::after_test`], those found within the current radius.
+    /// The accumulated photon count N of Hachisuka and Jensen 2009. [`PixelRadius::after_test`] counts the photons
+    /// found within the current radius instead.
     pub photons: f64,
-    /// Their sum of squares of distances over the square of the radius; of [`PixelRadius::after_test`] alone.
+    /// The sum of the photons' squared distances over the squared radius, used by [`PixelRadius::after_test`] only.
     pub squared_distances: f64,
 }
 
-/// What a pixel finds in a pass.
+/// The photons that a pixel finds in a pass.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PassCounts {
-    /// Photons.
+    /// The number of photons.
     pub photons: u32,
-    /// The sum of the squares of their distances over the square of the radius.
+    /// The sum of their squared distances over the squared radius.
     pub squared_distances: f64,
 }
 
-/// From how many photons on their spread is put to the test.
+/// The minimum number of photons for the test of bias.
 const MIN_COUNT: f64 = 8.0;
-/// How many standard errors of the spread of even light tell that the light is not even.
-const TELLING: f64 = 2.0;
-/// What is left of the square of the radius then.
-const LEFT: f64 = 0.5;
+/// The deviation of the mean squared distance, in standard errors, from which it indicates bias.
+const MAX_DEVIATION: f64 = 2.0;
+/// The factor by which the squared radius then shrinks.
+const SHRINKAGE: f64 = 0.5;
 
 impl PixelRadius {
-    /// Before the first pass.
+    /// The radius of the first pass.
     pub const FIRST: Self = Self { squared: 1.0, photons: 0.0, squared_distances: 0.0 };
 
-    /// After a pass, by the error: the radius stays as long as photons are spread over the disc as if the estimate were
-    /// unbiased.
+    /// The radius after a pass, reduced only if the photons' distances indicate that the estimate is biased.
     ///
-    /// The square of a photon's distance over that of the radius is uniform on [0, 1] where the density is even on
-    /// average around the middle, and has the mean `1/2 + b/6` where the estimate has the relative bias b, to first order in
-    /// the density's Laplacian. So a mean that is further from 1/2 than its noise explains tells of bias, and of nothing
-    /// else: slopes that cancel do not shrink the disc. The disc shrinks to half its area then, and counting begins anew.
-    /// In even light the radius never shrinks, but by false alarms; elsewhere like `n^(-1/6)`, which is the best rate.
+    /// A photon's squared distance over the squared radius is uniform on [0, 1] if the density's average over circles
+    /// around the centre is constant. Its mean is `1/2 + b/6` if the estimate has the relative bias b, to first order
+    /// in the density's Laplacian. A mean that differs from 1/2 by more than its noise therefore indicates bias.
+    /// Gradients that cancel do not shrink the disc. The disc then shrinks to half its area, and the counts restart.
+    /// Where the density is constant, the radius shrinks only by false alarms. Elsewhere it shrinks like `n^(-1/6)`,
+    /// the optimal rate.
     ///
-    /// In the manner of Lin et al. 2020, "CPPM: Chi-squared Progressive Photon Mapping", who test the evenness of the whole
-    /// disc, and with the aim of Kaplanyan and Dachsbacher 2013, "Adaptive Progressive Photon Mapping".
+    /// Similar to Lin et al. 2020, "CPPM: Chi-squared Progressive Photon Mapping", who test whether the density is
+    /// constant over the whole disc; the aim is that of Kaplanyan and Dachsbacher 2013, "Adaptive Progressive Photon
+    /// Mapping".
     #[must_use]
     pub fn after_test(self, found: PassCounts) -> Self {
         let (photons, squared_distances) =
             (self.photons + f64::from(found.photons), self.squared_distances + found.squared_distances);
-        // The variance of a uniform number is 1/12.
+        // The variance of a uniform variable on [0, 1] is 1/12.
         let deviation = (squared_distances - 0.5 * photons).abs() / (photons / 12.0).sqrt();
-        if photons < MIN_COUNT || deviation < TELLING {
+        if photons < MIN_COUNT || deviation < MAX_DEVIATION {
             return Self { photons, squared_distances, ..self };
         }
-        Self { squared: LEFT * self.squared, photons: 0.0, squared_distances: 0.0 }
+        Self { squared: SHRINKAGE * self.squared, photons: 0.0, squared_distances: 0.0 }
     }
 
-    /// After a pass that found so many photons within it: of those added, the share α stays within.
+    /// The radius after a pass that found `found` photons within it, of which the fraction α is kept.
     ///
-    /// In even light a pass finds photons in proportion to the disc, so that the square after n passes is
-    /// `Γ(n+α) / (Γ(α) Γ(n+1))`, which tends to `n^(α-1) / Γ(α)`: at the rate of [`of_pass`], from α after the first pass on.
-    /// If every pass found the same number whatever the disc, it would be `Γ(n+1) Γ(1/α) / Γ(n+1/α)`.
-    /// Hachisuka and Jensen 2009, "Stochastic Progressive Photon Mapping", eq. (3) and (4).
+    /// Where the density is constant, a pass finds photons in proportion to the disc's area. The squared radius after n
+    /// passes is then `Γ(n+α) / (Γ(α) Γ(n+1))`, which tends to `n^(α-1) / Γ(α)`: the rate of [`of_pass`], starting from
+    /// α after the first pass. If every pass found the same number of photons for any area, it would be
+    /// `Γ(n+1) Γ(1/α) / Γ(n+1/α)`. Hachisuka and Jensen 2009, "Stochastic Progressive Photon Mapping", eq. (3) and (4).
     #[must_use]
     pub fn after(self, found: u32, alpha: f64) -> Self {
         if found == 0 {
@@ -94,7 +96,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn the_first_radii_by_hand() {
+    fn the_first_radii_match_values_by_hand() {
         // α = 1/2: 1, 3/4, 3/4 · 5/6, 5/8 · 7/8.
         for (pass, squared) in [(0, 1.0), (1, 0.75), (2, 0.625), (3, 0.546_875)] {
             assert!((of_pass(pass, 0.5) - squared).abs() < 1e-14, "pass {pass}: {}", of_pass(pass, 0.5));
@@ -108,7 +110,7 @@ mod tests {
         }
     }
 
-    /// SampleStream of [0, 1] with the density `1 + slope (x - 1/2)`, so many in each pass.
+    /// Passes of `each` photons, whose squared distances have the density `1 + slope (x - 1/2)` on [0, 1].
     fn passes(slope: f64, each: u32, seed: u64) -> impl Iterator<Item = PassCounts> {
         let mut stream = Stream::at(&[seed]);
         let draw = move || loop {
@@ -122,29 +124,30 @@ mod tests {
     }
 
     #[test]
-    fn uneven_light_shrinks_a_radius_and_even_light_hardly_does() {
+    fn biased_estimates_shrink_the_radius_and_unbiased_ones_hardly_do() {
         let after = |slope: f64| -> f64 {
             let run =
                 |seed| passes(slope, 10, seed).take(100).fold(PixelRadius::FIRST, PixelRadius::after_test).squared;
             (0..200).map(run).sum::<f64>() / 200.0
         };
         let even = after(0.0);
-        // The law of the iterated logarithm keeps two standard errors from lasting: some alarms are false.
+        // By the law of the iterated logarithm, the deviation exceeds two standard errors again and again: some alarms
+        // are false.
         assert!((0.6..0.95).contains(&even), "{even}");
-        // The radius shrinks for as long as the bias, half the slope, shows; here the slope stays.
+        // The slope and therefore the bias stay constant here, so the radius keeps shrinking.
         assert!(after(0.5) < 0.2 && after(-0.5) < 0.2);
     }
 
     #[test]
-    fn slopes_that_cancel_do_not_shrink_a_radius() {
-        // The photons of a disc on the border of a shadow: their distances are spread as in even light.
+    fn gradients_that_cancel_do_not_shrink_the_radius() {
+        // Photons of a disc centred on a shadow boundary have the distances of a constant density.
         let exactly = PassCounts { photons: 1000, squared_distances: 500.0 };
         assert_eq!(PixelRadius::FIRST.after_test(exactly).squared, 1.0);
     }
 
     proptest! {
         #[test]
-        fn a_pass_follows_from_the_one_before(pass in 0..100_000u32, alpha in 0.01..0.99f64) {
+        fn consecutive_passes_satisfy_the_recursion(pass in 0..100_000u32, alpha in 0.01..0.99f64) {
             let i = f64::from(pass) + 1.0;
             let expected = of_pass(pass, alpha) * (i + alpha) / (i + 1.0);
             prop_assert!((of_pass(pass + 1, alpha) / expected - 1.0).abs() < 1e-9);

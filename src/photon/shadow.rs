@@ -7,15 +7,16 @@ use crate::{
     scene::{Scene, SurfaceInteraction},
 };
 
-/// Where emitters shine and where they do not: a photon at the first surface that a ray from an emitter meets, and shadow
-/// photons at all surfaces behind that. Jensen and Christensen 1995, "Efficiently Rendering Shadows using the Photon Map".
+/// Visibility of emitters from shadow photons. Each emitted ray stores a direct photon at the first surface that it
+/// hits, and shadow photons at all surfaces behind. Jensen and Christensen 1995, "Efficiently Rendering Shadows using
+/// the Photon Map".
 #[derive(Debug)]
 pub struct ShadowMap {
     map: PhotonMap<ShadowPhoton>,
     parameters: EstimateParameters,
 }
 
-/// A mark at a surface on the ray of an emitter.
+/// A direct photon or a shadow photon at a surface on a ray from an emitter.
 #[derive(Clone, Copy, Debug)]
 struct ShadowPhoton {
     side: SurfaceSide,
@@ -32,22 +33,22 @@ impl Stored for ShadowPhoton {
     }
 }
 
-/// What nearby photons tell of an emitter.
+/// The visibility of an emitter according to nearby photons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Visibility {
-    /// All nearby photons have arrived.
+    /// All nearby photons are direct photons.
     Lit,
     /// All nearby photons are shadow photons.
     Dark,
-    /// There are both kinds, or too few to tell.
+    /// Both kinds are nearby, or too few photons.
     Unknown,
 }
 
-/// Fewer photons of an emitter tell nothing of it.
+/// The minimum number of an emitter's photons to decide its visibility.
 const MIN_COUNT: usize = 8;
 
 impl ShadowMap {
-    /// Emits photons. Each is a function of the address and its number alone.
+    /// Emits `count` photons. Each depends only on the address and its own index.
     #[must_use]
     pub fn new(scene: &Scene, count: u64, parameters: EstimateParameters, address: PhotonAddress) -> Self {
         let batches = in_batches(count, address, |sampler, batch: &mut Vec<_>| {
@@ -75,7 +76,7 @@ impl ShadowMap {
         self.map.is_empty()
     }
 
-    /// What the photons around a point tell of an emitter, by its index.
+    /// The visibility of an emitter, given by its index, according to the photons around a point.
     #[must_use]
     pub fn visibility(&self, point: &GatherPoint, emitter: usize) -> Visibility {
         let (mut lit, mut dark) = (0, 0);
@@ -92,12 +93,12 @@ impl ShadowMap {
     }
 }
 
-/// Shows all surfaces that a ray meets, and whether each is the first.
+/// Calls `visit` for the surfaces that a ray hits, and whether each is the first.
 fn for_each_surface(scene: &Scene, mut ray: Ray, mut visit: impl FnMut(&SurfaceInteraction, bool)) {
     const MAX_SURFACES: u32 = 64;
-    for number in 0..MAX_SURFACES {
+    for index in 0..MAX_SURFACES {
         let Some(si) = scene.intersect(&ray) else { return };
-        visit(&si, number == 0);
+        visit(&si, index == 0);
         ray = Ray::leaving(si.surface.p, ray.direction);
     }
 }

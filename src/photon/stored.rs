@@ -7,7 +7,8 @@ use crate::{
     transport::PathClass,
 };
 
-/// One side of a surface in 26 bits: 12 of its geometric normal (within 0.068 radians), 14 of the surface's number.
+/// One side of a surface in 26 bits: 12 for its geometric normal (within 0.068 radians), 14 for the surface's
+/// identifier.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SurfaceSide(u32);
 
@@ -16,7 +17,7 @@ const SURFACE_BITS: u32 = 14;
 const SIDE_BITS: u32 = 2 * NORMAL_BITS + SURFACE_BITS;
 
 impl SurfaceSide {
-    /// The side with a unit normal of a surface, of whose number the lowest 14 bits are kept.
+    /// The side of a surface with a unit normal. The lowest 14 bits of the surface's identifier are kept.
     #[must_use]
     pub fn new(normal: DVec3, surface_id: u32) -> Self {
         Self(encode(normal, NORMAL_BITS) as u32 | (surface_id & ((1 << SURFACE_BITS) - 1)) << (2 * NORMAL_BITS))
@@ -43,22 +44,23 @@ impl SurfaceSide {
     }
 }
 
-/// What a photon map can hold: something that has arrived at one side of a surface.
+/// A record that a photon map can hold: it belongs to one side of a surface.
 pub trait Stored: Copy + Send + Sync {
     /// The side of the surface.
     fn side(&self) -> SurfaceSide;
 }
 
-/// A photon in 20 bytes. Its position, another 12, is kept by the map that finds it.
+/// A photon in 20 bytes. The photon map stores its position in another 12 bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Photon {
-    /// In W.
+    /// The power in W.
     power: [f32; 3],
-    /// From the lowest: 26 bits of direction (within 5.2e-4 radians), 26 of the side of the surface, 10 of depth, 2 of class.
+    /// From the lowest: 26 bits for the direction (within 5.2e-4 radians), 26 for the side of the surface, 10 for the
+    /// depth, 2 for the class.
     bits: [u32; 2],
 }
 
-/// The greatest depth that photons can tell apart.
+/// The maximum depth that a photon can store.
 pub const MAX_PHOTON_DEPTH: u32 = (1 << DEPTH_BITS) - 1;
 
 const DIRECTION_BITS: u32 = 13;
@@ -69,8 +71,8 @@ const DEPTH_AT: u32 = SIDE_AT + SIDE_BITS;
 const CLASS_AT: u32 = DEPTH_AT + DEPTH_BITS;
 
 impl Photon {
-    /// A photon with its power in W, the unit direction to where it came from, the side of the surface at which it
-    /// arrived, and the depth and the class of its path.
+    /// A photon with its power in W, the unit direction back along its path, the side of the surface at which it
+    /// arrived, and the depth and the class of its path. Depths above [`MAX_PHOTON_DEPTH`] are clamped.
     #[must_use]
     pub fn new(power: Rgb, direction: DVec3, side: SurfaceSide, depth: u32, class: PathClass) -> Self {
         let class = PathClass::ALL.iter().position(|known| *known == class).expect("all classes are known") as u64;
@@ -99,14 +101,14 @@ impl Photon {
         Self { power: self.power.map(|power| (f64::from(power) * factor) as f32), ..self }
     }
 
-    /// The unit direction to where it came from.
+    /// The unit direction back along its path.
     #[inline]
     #[must_use]
     pub fn direction(&self) -> DVec3 {
         decode(self.field(0, 2 * DIRECTION_BITS), DIRECTION_BITS)
     }
 
-    /// The unit normal of the surface where it arrived, on its side.
+    /// The unit normal of the side of the surface at which it arrived.
     #[inline]
     #[must_use]
     pub fn normal(&self) -> DVec3 {
@@ -151,7 +153,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_photon_keeps_what_it_is_made_of(
+        fn a_photon_keeps_its_fields(
             [a, b, c, d] in prop::array::uniform4(0.0..1.0f64),
             surface_id in 0..1u32 << SURFACE_BITS,
             depth in 0..2 * MAX_PHOTON_DEPTH,

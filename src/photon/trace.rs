@@ -16,7 +16,7 @@ use crate::{
 pub enum PhotonMapKind {
     /// All light; photons are stored on every surface with a smooth lobe.
     Global,
-    /// Light that meets mirrors or glass first; photons are stored on the surfaces that it reaches from there.
+    /// Light that hits mirrors or glass first; photons are stored on the first surfaces with a smooth lobe after them.
     Caustic,
 }
 
@@ -49,7 +49,7 @@ impl PhotonMapKind {
         }
     }
 
-    /// Whether a path can still leave photons in the map when it has arrived at a vertex.
+    /// Whether a path can still store photons in the map once it has reached a vertex.
     fn follows(self, vertex: &LightVertex<'_>) -> bool {
         match (self, vertex.class.class()) {
             (Self::Global, _) | (Self::Caustic, PathClass::Caustic) => true,
@@ -70,7 +70,7 @@ pub struct PhotonStatistics {
     pub stored: u64,
     /// The sum of their powers in W.
     pub power: Rgb,
-    /// The sum of the numbers of surfaces that scattered them before.
+    /// The total number of surfaces that scattered them before.
     pub bounces: u64,
 }
 
@@ -82,7 +82,7 @@ impl PhotonStatistics {
     }
 }
 
-/// The photons that were stored of some emitted ones, with their positions.
+/// The stored photons of some emitted ones, with their positions.
 #[derive(Debug, Default)]
 pub struct EmittedPhotons {
     /// Positions.
@@ -135,24 +135,26 @@ impl EmittedPhotons {
         Some(match kind {
             PhotonMapKind::Global if self.power == Rgb::ZERO => format!("none of {emitted} photons carried any light"),
             PhotonMapKind::Global => {
-                format!("none of {emitted} photons met a surface that could store it: the global map is empty")
+                format!("none of {emitted} photons hit a surface that can store it: the global map is empty")
             }
             PhotonMapKind::Caustic => {
-                format!("none of {emitted} photons reached a surface by way of mirrors or glass: no caustics")
+                format!(
+                    "none of {emitted} photons reached a surface through mirrors or glass: the image has no caustics"
+                )
             }
         })
     }
 }
 
-/// The address of the random numbers of some photons: the seed, the replicate, and a number that tells apart what the
-/// photons are for. Each photon adds its own number.
+/// The address of the random numbers of some photons: the seed, the replicate, and an identifier of the photons'
+/// purpose. Each photon appends its own index.
 pub type PhotonAddress = [u64; 3];
 
 /// The number of photons that are traced together.
 const BATCH: u64 = 2048;
 
-/// Calls `trace` for each of `count` photons with random numbers of its own, on all threads. Each batch has a result of its
-/// own; the batches are in the order of the photons' numbers, and so are the photons of each.
+/// Calls `trace` for each of `count` photons with its own random numbers, on all threads. Each batch has its own
+/// result. The batches, and the photons of each batch, are in the order of the photons' indices.
 pub(super) fn in_batches<T: Default + Send>(
     count: u64,
     address: PhotonAddress,
@@ -169,8 +171,8 @@ pub(super) fn in_batches<T: Default + Send>(
     (0..count.div_ceil(BATCH)).into_par_iter().map(batch).collect()
 }
 
-/// Emits and traces photons. Each is a function of the address and its number alone, and they are stored in the order of
-/// their numbers.
+/// Emits and traces `count` photons. Each depends only on the address and its own index, and they are stored in the
+/// order of their indices.
 #[must_use]
 pub fn trace_photons(
     scene: &Scene,
@@ -182,7 +184,7 @@ pub fn trace_photons(
     EmittedPhotons::join(trace_photon_batches(scene, kind, count, limits, address))
 }
 
-/// The photons of [`trace_photons`], in the batches in which they were traced.
+/// The photons of [`trace_photons`], as the batches in which they were traced.
 #[must_use]
 pub fn trace_photon_batches(
     scene: &Scene,

@@ -1,4 +1,4 @@
-//! A render in slices of time, between which it can be kept and can end.
+//! A render in slices of time. Between slices it can write a checkpoint, and it can end.
 
 use std::{
     ops::Range,
@@ -10,21 +10,21 @@ use rangemap::RangeSet;
 
 use super::Rendering;
 
-/// Which samples to take, when to end before all are taken, and how often they are kept. Nothing of it changes a bit of
-/// the sums of the samples that are taken.
+/// The samples to take, the conditions to end early, and the time between checkpoints. None of them changes a bit of the sums
+/// of the samples that are taken.
 #[derive(Debug)]
 pub struct Plan<'a> {
     /// The samples of each pixel to take, in order.
     pub ranges: Vec<Range<u32>>,
     /// When the work began.
     pub start: Instant,
-    /// End when so much time has passed since.
+    /// The time after the start at which to end.
     pub time: Option<Duration>,
-    /// End when [`crate::film::Film::relative_error`] is below.
+    /// The [`crate::film::Film::relative_error`] below which to end.
     pub target_error: Option<f64>,
-    /// End when it becomes true.
+    /// Set to true to end.
     pub interrupted: &'a AtomicBool,
-    /// The time from one keeping to the next.
+    /// The time between checkpoints.
     pub every: Duration,
 }
 
@@ -37,17 +37,17 @@ pub enum End {
     Time,
     /// The error is small enough.
     Error,
-    /// Somebody interrupted it.
+    /// It was interrupted.
     Interrupted,
 }
 
-/// About so long a slice takes.
+/// The approximate time of a slice.
 const SLICE: Duration = Duration::from_millis(500);
-/// With fewer samples of each pixel their scatter tells too little.
+/// With fewer samples per pixel the estimate of the error is too uncertain.
 const MIN_COUNT: u64 = 16;
 
-/// Renders what is planned, at least one sample of each pixel if any is. `taken` are the samples in the film, to which those
-/// that are taken are added. `keep` is called with both when it is time to keep them.
+/// Renders the planned samples, at least one of each pixel if there are any. `taken` are the samples in the film; new ones are
+/// added to it. `keep` is called when it is time to write a checkpoint.
 pub fn drive(
     rendering: &mut Rendering<'_>,
     taken: &mut RangeSet<u32>,
@@ -116,7 +116,7 @@ fn stride(count: u64) -> u64 {
 struct Pace {
     /// How long one should take.
     wanted: Duration,
-    /// What a sample of all pixels took the last time.
+    /// The time of one sample of all pixels in the last slice.
     seconds: Option<f64>,
     /// How many the last slice had.
     last: u32,

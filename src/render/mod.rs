@@ -21,40 +21,45 @@ use crate::{
     sensor::SensorModel as _,
 };
 
-/// A scene with the integrator that renders it.
+/// A scene with the integrator that renders it. An image is a function of the two and of a [`Replicate`], to the last bit, on any
+/// number of threads: it uses the threads of the current rayon pool.
 #[derive(Debug)]
 pub struct Renderer {
-    /// What is rendered.
+    /// The scene.
     pub scene: Scene,
-    /// How it is rendered.
+    /// The integrator.
     pub integrator: Integrator,
 }
 
-/// One estimate of the image.
+/// The address of one estimate of the whole image, and its number of samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Replicate {
     /// The user's seed.
     pub seed: u64,
-    /// Which estimate: passes of one seed are independent of one another.
+    /// The number of the estimate: replicates of one seed with different numbers are independent of each other.
     pub number: u64,
-    /// Samples per pixel.
+    /// The number of samples of each pixel; for `sppm`, the number of passes.
     pub samples: u32,
 }
 
 /// The edge of a tile in pixels: small enough that the threads finish together.
 const TILE: u32 = 8;
-/// So many splats are gathered before they go to the film that all threads share.
+/// The number of splats that a thread collects before it adds them to the film that all threads share.
 const SPLATS_AT_ONCE: usize = 4096;
 
 impl Renderer {
-    /// Builds what a document describes.
+    /// Builds the scene and the integrator of a document.
     ///
     /// # Errors
-    /// All that is wrong with the scene or its integrator, or that the one cannot treat the other.
+    /// All faults of the scene and of the integrator: unknown plugins and parameters, wrong types and ranges, files that
+    /// cannot be read. Also if the integrator cannot render the scene.
     pub fn new(document: &Document, overrides: &Overrides) -> Result<Self, SceneError> {
         let (scene, integrator) = match (Scene::build(document), Integrator::of_scene(document, overrides)) {
             (Ok(scene), Ok(integrator)) => (scene, integrator),
-            (Err(scene), Err(integrator)) => return Err(SceneError(scene.0.into_iter().chain(integrator.0).collect())),
+            (Err(scene), Err(integrator)) => {
+                let all = SceneError(scene.0.into_iter().chain(integrator.0).collect());
+                return Err(all.in_order(&document.files));
+            }
             (Err(error), _) | (_, Err(error)) => return Err(error),
         };
         integrator.check(&scene).map_err(|why| {
@@ -64,29 +69,28 @@ impl Renderer {
         Ok(Self { scene, integrator })
     }
 
-    /// What a careful user would want to know: dropped triangles, a scene without light.
+    /// Warnings for the user, such as triangles that were left out, or a scene without light; one line each.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = self.scene.warnings().to_vec();
-        if !self.scene.shines() && self.integrator.needs_light() {
+        if !self.scene.emits_light() && self.integrator.needs_light() {
             let what =
-                if self.scene.has_lights() { "the scene's lights have no power" } else { "the scene has no light" };
+                if self.scene.has_emitters() { "the scene's lights have no power" } else { "the scene has no light" };
             warnings.push(format!("{what}: the image will be black"));
         }
-        // Both follow light from emitters, of which surfaces that glow are none.
+        // Light paths start at emitters only, and self-emission is not one.
         if self.scene.has_self_emission() && (self.integrator.traces_light() || !self.integrator.has_variance()) {
-            let what =
-                "surfaces that self_emission (the bsdf normals, ambient of phong) are seen, but send out no photons";
-            warnings.push(format!("{what}: not all that they light is shown"));
+            let what = "surfaces with self-emission (the bsdf normals, ambient of phong) are seen, but emit no photons";
+            warnings.push(format!("{what}: some of their light is missing"));
         }
         if self.integrator.traces_light() && !self.scene.has_smooth() {
-            let what = "every surface scatters into single directions, in which no light can be traced to the sensor";
-            warnings.push(format!("{what}: only lights themselves are seen"));
+            let what = "every surface is specular, so that no light path can be connected to the sensor";
+            warnings.push(format!("{what}: only emitters that are seen directly appear"));
         }
         warnings
     }
 
-    /// Samples of each pixel that the scene asks for.
+    /// The number of samples of each pixel that the scene asks for.
     #[must_use]
     pub fn samples(&self) -> u32 {
         self.integrator.samples().unwrap_or(self.scene.sensor.sampler.sample_count())

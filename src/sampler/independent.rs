@@ -1,10 +1,10 @@
 use super::{Address, Common, PathSampler, SAMPLE_COUNT, SEED, SamplerModel};
 use crate::{
     math::rng::Stream,
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
 };
 
-/// Independent uniform numbers from PCG.
+/// Independent uniform random numbers from PCG.
 #[derive(Clone, Debug)]
 pub struct Independent {
     pub(super) common: Common,
@@ -19,8 +19,9 @@ impl Default for Independent {
 impl Described for Independent {
     const PLUGIN: Plugin = Plugin {
         category: Category::Sampler,
+        manual: manual!("independent.rs": "Independent"),
         name: "independent",
-        summary: "Independent uniform sampler; the only sampler whose per-pixel variances are exact.",
+        summary: "Independent uniform random numbers; the only sampler for which per-pixel variances are exact.",
         params: &[SAMPLE_COUNT, SEED],
         examples: &[r#"<sampler type="independent"><integer name="sample_count" value="16"/></sampler>"#],
         evidence: &["sampler/variance", "sampler/dimensions", "reference/diffuse-room"],

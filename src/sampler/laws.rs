@@ -1,4 +1,4 @@
-//! What must hold for samplers.
+//! Laws of samplers.
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
@@ -15,21 +15,21 @@ use crate::{
 pub const LAWS: &[Law] = &[
     Law {
         name: "sampler/variance",
-        claim: "Every sampler's mean of 64 samples of a smooth function of the square is unbiased; its variance is at most that of \
-            64 jittered cells, for independent sampler that of independent sampler.",
+        claim: "The mean of 64 samples of a smooth function on the unit square is unbiased for every sampler. Its variance is at most \
+               that of 64 jittered cells, or for independent sampling that of independent numbers.",
         source: "variances by quadrature over the square and over its 8 by 8 cells; chi-square of the squared errors",
         check: Check::Analytic(variance),
     },
     Law {
         name: "sampler/dimensions",
-        claim: "The sampler of one path are unrelated: products of coordinates of different dimensions have the mean 1/4, for \
-                64 samples and for 60, which fill no square.",
+        claim: "The numbers of one path are uncorrelated: products of coordinates of different dimensions have the mean 1/4, for 64 \
+               samples and for 60, which is not a square number.",
         source: "∫ x y dx dy over the unit square",
         check: Check::Analytic(dimensions),
     },
 ];
 
-/// Samples per estimate: 8 by 8 cells.
+/// The number of samples per estimate: 8 by 8 cells.
 const SAMPLES: u32 = 64;
 const CELLS: usize = 8;
 
@@ -40,7 +40,8 @@ fn integrand(u: DVec2) -> f64 {
 /// `∫ sin (πx/2) dx = 2/π`, and 1 and 1/2 for the other factors.
 const INTEGRAL: f64 = FRAC_2_PI + 0.15;
 
-/// The variance of a single sample, uniform in one of so many cells on a side, averaged over these, by the midpoint rule.
+/// The variance of a single sample that is uniform in a cell, averaged over `cells` by `cells` cells, by the midpoint
+/// rule.
 fn variance_within(cells: usize) -> f64 {
     const N: usize = 512;
     let per_cell = N / cells;
@@ -62,12 +63,13 @@ fn variance(effort: Effort) -> Vec<Finding> {
     for plugin in Sampler::PLUGINS {
         let sampler = from_example(plugin);
         let bound = if plugin.name == "independent" { variances[0] } else { variances[1] };
-        // The pixel's own number is not the only thing that is new: so is the pass's.
-        for (what, pixels, passes) in [("pixels", effort.samples(2000), 1), ("passes", 1, effort.samples(2000))] {
+        // Estimates are independent over pixels and over replicates.
+        for (what, pixels, replicates) in [("pixels", effort.samples(2000), 1), ("replicates", 1, effort.samples(2000))]
+        {
             for skipped in [0, 5] {
                 let name = format!("{}, over {what}, dimension {skipped}", plugin.name);
                 let addresses = (0..pixels)
-                    .flat_map(|pixel| (0..passes).map(move |replicate| (u64::from(pixel), u64::from(replicate))));
+                    .flat_map(|pixel| (0..replicates).map(move |replicate| (u64::from(pixel), u64::from(replicate))));
                 let means: Vec<f64> = addresses.map(|address| estimate(&sampler, address, skipped)).collect();
                 findings.push(Finding::mean(format!("{name}, mean"), &means.iter().copied().collect(), INTEGRAL));
                 let z: Vec<f64> = means.iter().map(|mean| (mean - INTEGRAL) / bound.sqrt()).collect();
@@ -98,7 +100,8 @@ fn dimensions(effort: Effort) -> Vec<Finding> {
     findings
 }
 
-/// Over the samples of a pixel, products of a number `a` and two points `(x, y)` and `(u, v)` that follow one another.
+/// Means over the samples of a pixel of the products of a number `a` and two points `(x, y)` and `(u, v)`, in this
+/// order of dimensions.
 fn mean_products(sampler: &Sampler, pixel: u64, samples: u32) -> [f64; 7] {
     let mut sums = [0.0; 7];
     for sample in 0..samples {
@@ -115,7 +118,7 @@ fn from_example(plugin: &Plugin) -> Sampler {
     Sampler::read(&document, document.root).expect("examples are valid samplers")
 }
 
-/// The mean of the integrand over one pass of one pixel, in a later pair of dimensions.
+/// The mean of the integrand over the samples of one pixel in one replicate, after `skipped` dimensions.
 fn estimate(sampler: &Sampler, (pixel, replicate): (u64, u64), skipped: usize) -> f64 {
     let sum: f64 = (0..SAMPLES)
         .map(|sample| {

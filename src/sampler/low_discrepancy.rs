@@ -3,11 +3,12 @@ use glam::DVec2;
 use super::{Address, Common, PathSampler, SAMPLE_COUNT, SEED, SampleStream, SamplerModel};
 use crate::{
     math::rng::{hash, permute},
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
 };
 
-/// Sobol points with Owen scrambling: pairs of dimensions are (0, 2)-nets in base 2, padded with an own scrambling
-/// and order for each pair, pixel and pass. Mitsuba's `ldsampler` uses scrambled (0, 2)-sequences likewise.
+/// Sobol points with Owen scrambling: pairs of dimensions are (0, 2)-nets in base 2. They are padded: each pair of
+/// dimensions, pixel and replicate has its own scrambling and order. Mitsuba's `ldsampler` also uses scrambled (0,
+/// 2)-sequences.
 ///
 /// Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4). The points have 24 bits.
 #[derive(Clone, Debug)]
@@ -18,6 +19,7 @@ pub struct LowDiscrepancy {
 impl Described for LowDiscrepancy {
     const PLUGIN: Plugin = Plugin {
         category: Category::Sampler,
+        manual: manual!("low_discrepancy.rs": "LowDiscrepancy"),
         name: "ldsampler",
         summary: "Owen-scrambled Sobol points, padded by pairs of dimensions.",
         params: &[SAMPLE_COUNT, SEED],
@@ -30,7 +32,7 @@ impl Described for LowDiscrepancy {
     }
 }
 
-/// Beyond this index the Sobol points of the library repeat.
+/// The number of distinct Sobol points of the library.
 const SEQUENCE: u32 = 1 << 16;
 
 impl SamplerModel for LowDiscrepancy {
@@ -43,11 +45,11 @@ impl SamplerModel for LowDiscrepancy {
     }
 
     fn path_sampler(&self, address: &Address) -> PathSampler {
-        // Each stretch of 65,536 samples is a net of its own.
-        let stretch = u64::from(address.sample / SEQUENCE);
+        // Each block of 65,536 samples has its own net.
+        let block = u64::from(address.sample / SEQUENCE);
         let length = address.samples.min(SEQUENCE);
         PathSampler::LowDiscrepancy(Sobol {
-            pixel: hash(&[hash(&address.of_pixel()), stretch]),
+            pixel: hash(&[hash(&address.of_pixel()), block]),
             sample: address.sample % SEQUENCE,
             length,
             dimension: 0,
@@ -55,7 +57,7 @@ impl SamplerModel for LowDiscrepancy {
     }
 }
 
-/// The numbers of one path.
+/// The random numbers of one path.
 #[derive(Clone, Debug)]
 pub struct Sobol {
     pixel: u64,
@@ -65,7 +67,7 @@ pub struct Sobol {
 }
 
 impl Sobol {
-    /// This sample's place in the order of the next pair of dimensions, and the scrambling of that pair.
+    /// The index of this sample in the permuted order of the next pair of dimensions, and the scrambling of that pair.
     fn next(&mut self) -> (u32, u64) {
         self.dimension += 1;
         let scramble = hash(&[self.pixel, self.dimension]);
@@ -82,7 +84,7 @@ impl SampleStream for Sobol {
     fn next_2d(&mut self) -> DVec2 {
         let (index, scramble) = self.next();
         let seed = (scramble >> 32) as u32;
-        // The library gives every dimension its own scrambling under one seed.
+        // With one seed, the library scrambles every dimension differently.
         let [x, y] = [0, 1].map(|dimension| f64::from(sobol_burley::sample(index, dimension, seed)));
         DVec2::new(x, y)
     }

@@ -1,7 +1,7 @@
-//! Samplers: the random numbers of a path as a function of its address (seed, replicate, pixel, sample).
+//! Samplers: the random numbers of a path, as a function of the address (seed, replicate, pixel, sample).
 //!
-//! A replicate is one estimate of the whole image. A sampler spreads the samples of a replicate evenly; different replicates
-//! are independent of each other.
+//! A *replicate* is an independent estimate of the image with a given number of samples per pixel. A sampler stratifies
+//! the samples within a replicate; different replicates are independent.
 
 mod independent;
 pub mod laws;
@@ -20,18 +20,18 @@ use crate::{
     scene_file::{Category, Described as _, Document, ObjectId, Param, ParamKind, Property, Range, Value, catalogue},
 };
 
-/// The address of a path: its random numbers depend on nothing else.
+/// The sample for which a stream generates random numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Address {
     /// The user's seed.
     pub seed: u64,
-    /// The number of the replicate.
+    /// The index of the replicate.
     pub replicate: u64,
-    /// The number of the pixel on the whole film, row by row from 0.
+    /// The index of the pixel on the entire film, row by row.
     pub pixel: u64,
-    /// The number of the sample of this pixel in this replicate, from 0.
+    /// The index of the sample in this pixel and replicate.
     pub sample: u32,
-    /// The number of samples of each pixel in this replicate.
+    /// The number of samples per pixel in this replicate.
     pub samples: u32,
 }
 
@@ -46,11 +46,11 @@ impl Address {
     }
 }
 
-/// The random numbers of one path, dimension by dimension.
+/// A stream of random numbers for one path.
 pub trait SampleStream {
-    /// The next number, uniform on [0, 1).
+    /// The next number in [0, 1).
     fn next_1d(&mut self) -> f64;
-    /// The next point, uniform on [0, 1)².
+    /// The next point in [0, 1)².
     fn next_2d(&mut self) -> DVec2;
 }
 
@@ -69,48 +69,48 @@ impl SampleStream for Stream {
 catalogue! {
     /// A sampler.
     pub enum Sampler: SamplerModel in Category::Sampler, {
-        /// Independent numbers.
+        /// Independent uniform numbers.
         Independent(Independent),
-        /// Stratified samples: one number in each of as many strata as there are samples.
+        /// One jittered sample in each stratum.
         Stratified(Stratified),
         /// Owen-scrambled Sobol points.
         LowDiscrepancy(LowDiscrepancy),
     }
 }
 
-/// The samples per pixel that a scene asks for.
+/// The number of samples per pixel.
 const SAMPLE_COUNT: Param = Param::new("sample_count", ParamKind::Integer, "4", "samples a pixel").within(Range {
     min: 1.0,
     max: 1e9,
     open: false,
 });
-/// Read as in Mitsuba. A seed that a render is given comes before it.
+/// The seed, as in Mitsuba; `--seed` overrides it.
 const SEED: Param = Param::new("seed", ParamKind::Integer, "0", "the seed, unless a render is given another")
     .within(Range::NON_NEGATIVE);
 
 /// The interface of all samplers.
 #[enum_dispatch]
 pub trait SamplerModel {
-    /// The samples per pixel that the scene asks for.
+    /// The number of samples per pixel that the scene sets.
     fn sample_count(&self) -> u32;
-    /// The seed that the scene asks for.
+    /// The seed that the scene sets.
     fn seed(&self) -> u64;
-    /// The random numbers of the path at an address.
+    /// The random numbers of a path.
     fn path_sampler(&self, address: &Address) -> PathSampler;
-    /// Whether the numbers of a sample do not depend on the number of samples, so that samples can be added later.
+    /// Whether a sample's numbers do not depend on the number of samples, so that a render can add samples later.
     fn is_open_ended(&self) -> bool {
         false
     }
 }
 
-/// The random numbers of one path by any of the samplers.
+/// The random numbers of one path.
 #[derive(Clone, Debug)]
 pub enum PathSampler {
-    /// Of [`Independent`].
+    /// The stream of [`Independent`].
     Independent(Stream),
-    /// Of [`Stratified`].
+    /// The stream of [`Stratified`].
     Stratified(stratified::Strata),
-    /// Of [`LowDiscrepancy`].
+    /// The stream of [`LowDiscrepancy`].
     LowDiscrepancy(low_discrepancy::Sobol),
 }
 
@@ -135,7 +135,8 @@ impl SampleStream for PathSampler {
 }
 
 impl Sampler {
-    /// Replaces the samplers of all sensors by the plugin `name`, which keeps the parameters that both have.
+    /// Replaces the sampler of all sensors in a document by the plugin `name`. It keeps the parameters that both
+    /// plugins have.
     pub fn replace(document: &mut Document, name: &str) {
         for sensor in sensors(document) {
             let own = document.child(sensor, Category::Sampler);
@@ -147,7 +148,7 @@ impl Sampler {
         }
     }
 
-    /// The sampler of a scene's sensor as text: its name and the parameters that are set, without the number of samples and the
+    /// The sampler of a document's sensor as text: its name and its parameters except the number of samples and the
     /// seed.
     #[must_use]
     pub fn described(document: &Document) -> String {
@@ -160,7 +161,7 @@ impl Sampler {
     }
 }
 
-/// The sensors of a scene, of which the first is used.
+/// The sensors of a document; the first is used.
 fn sensors(document: &Document) -> Vec<ObjectId> {
     let is_sensor = |id: &ObjectId| document.object(*id).category == Category::Sensor;
     let objects = document.object(document.root).properties.iter().filter_map(|property| match property.value {
@@ -170,7 +171,7 @@ fn sensors(document: &Document) -> Vec<ObjectId> {
     objects.filter(is_sensor).collect()
 }
 
-/// The parameters that all samplers share: the number of samples and the seed.
+/// The parameters of all samplers.
 #[derive(Clone, Copy, Debug)]
 pub struct Common {
     sample_count: u32,

@@ -3,12 +3,12 @@ use glam::DVec2;
 use super::{Address, Common, PathSampler, SAMPLE_COUNT, SEED, SampleStream, SamplerModel};
 use crate::{
     math::rng::{Stream, hash, permute},
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
 };
 
-/// One number in each of as many strata as there are samples, jittered, in an order that differs for every pixel and
-/// dimension. In two dimensions the strata are the cells of the smallest near-square grid that has room for all
-/// samples; Mitsuba rounds the number of samples up to a square instead, here it stays as asked.
+/// One jittered sample in each stratum, with as many strata as samples and a random order for every pixel and
+/// dimension. In two dimensions the strata are the cells of the smallest near-square grid with at least as many cells
+/// as samples. The number of samples is not rounded up to a square, unlike in Mitsuba.
 #[derive(Clone, Debug)]
 pub struct Stratified {
     pub(super) common: Common,
@@ -17,8 +17,9 @@ pub struct Stratified {
 impl Described for Stratified {
     const PLUGIN: Plugin = Plugin {
         category: Category::Sampler,
+        manual: manual!("stratified.rs": "Stratified"),
         name: "stratified",
-        summary: "Jittered strata, one sample in each.",
+        summary: "Stratified sampling: one jittered sample in each stratum.",
         params: &[SAMPLE_COUNT, SEED],
         examples: &[r#"<sampler type="stratified"><integer name="sample_count" value="16"/></sampler>"#],
         evidence: &["sampler/variance", "sampler/dimensions", "reference/aov-still-life"],
@@ -52,7 +53,7 @@ impl SamplerModel for Stratified {
     }
 }
 
-/// The numbers of one path.
+/// The random numbers of one path.
 #[derive(Clone, Debug)]
 pub struct Strata {
     jitter: Stream,
@@ -65,7 +66,7 @@ pub struct Strata {
 }
 
 impl Strata {
-    /// The stratum of this sample in the next dimension, of so many.
+    /// The stratum of this sample in the next dimension, out of `strata`.
     fn stratum(&mut self, strata: u32) -> u32 {
         self.dimension += 1;
         permute(self.sample, strata, hash(&[self.order, self.dimension]) as u32)
@@ -86,7 +87,7 @@ impl SampleStream for Strata {
     }
 }
 
-/// The last stratum's end may round up to 1.
+/// Rounding in the last stratum may give 1.
 fn below_one(x: f64) -> f64 {
     x.min(1.0_f64.next_down())
 }

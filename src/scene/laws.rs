@@ -1,4 +1,4 @@
-//! What must hold for the light of a whole scene.
+//! Laws of the light that an entire scene emits.
 
 use std::path::Path;
 
@@ -17,14 +17,14 @@ use crate::{
 pub const LAWS: &[Law] = &[
     Law {
         name: "scene/emission",
-        claim: "Lights of unequal power, drawn in proportion to it, emit the sum of their powers.",
+        claim: "Emitters sampled in proportion to their unequal powers emit the sum of their powers.",
         source: "closed forms: 4π I and π L A",
         check: Check::Analytic(emission),
     },
     Law {
         name: "scene/aim",
-        claim: "Light that is aimed at spheres around mirrors and glass, which overlap, is all the light that goes through any of them.",
-        source: "importance sampling leaves means as they are",
+        claim: "Emission aimed at overlapping spheres around mirrors and glass carries the same flux as all emitted light that crosses any of them.",
+        source: "importance sampling does not change the mean",
         check: Check::Analytic(aim),
     },
 ];
@@ -35,7 +35,7 @@ const LIGHTS: [(&str, &str); 5] = [
         r#"<emitter type="point"><point name="position" x="-1.5" y="1" z="0.3"/><rgb name="intensity" value="3, 1, 2"/></emitter>"#,
     ),
     (
-        "point within",
+        "point in a sphere",
         r#"<emitter type="point"><point name="position" x="0.1" y="0.1" z="0"/><rgb name="intensity" value="1, 2, 3"/></emitter>"#,
     ),
     (
@@ -47,10 +47,10 @@ const LIGHTS: [(&str, &str); 5] = [
         "directional",
         r#"<emitter type="directional"><vector name="direction" x="1" y="-2" z="0.5"/><rgb name="irradiance" value="1, 2, 0"/></emitter>"#,
     ),
-    ("sky", r#"<emitter type="constant"><rgb name="radiance" value="0.4, 0.5, 0.7"/></emitter>"#),
+    ("environment", r#"<emitter type="constant"><rgb name="radiance" value="0.4, 0.5, 0.7"/></emitter>"#),
 ];
 
-const BALLS: [BoundingSphere; 3] = [
+const SPHERES: [BoundingSphere; 3] = [
     BoundingSphere { centre: DVec3::ZERO, radius: 0.5 },
     BoundingSphere { centre: DVec3::new(0.4, 0.1, 0.2), radius: 0.4 },
     BoundingSphere { centre: DVec3::new(-0.8, -0.6, 0.5), radius: 0.3 },
@@ -65,7 +65,7 @@ fn scene(lights: &[&str]) -> Scene {
             sphere.radius
         )
     };
-    let spheres = BALLS.iter().map(glass).collect::<String>();
+    let spheres = SPHERES.iter().map(glass).collect::<String>();
     let text = format!(r#"<scene version="3.0.0"><sensor type="perspective"/>{spheres}{}</scene>"#, lights.concat());
     let document = xml::parse(&text, "law", Path::new(""), &[]).expect("the scene is valid XML");
     Scene::build(&document).expect("the scene is valid")
@@ -89,19 +89,19 @@ fn emission(effort: Effort) -> Vec<Finding> {
     channels.map(|((moments, expected), c)| Finding::mean(format!("three lights, {c}"), moments, expected)).collect()
 }
 
-/// Which of the balls light goes through.
+/// Whether a ray crosses each of the spheres.
 fn crossed(emission: &Emission) -> [bool; 3] {
     let ray = &emission.ray;
-    BALLS.map(|sphere| {
+    SPHERES.map(|sphere| {
         let ahead = (sphere.centre - ray.origin).dot(ray.direction).max(0.0);
         (ray.at(ahead) - sphere.centre).length() < sphere.radius
     })
 }
 
-/// Which of the balls light goes through, in words.
-type Way = (&'static str, fn([bool; 3]) -> bool);
+/// A condition on the spheres that a ray crosses, with its description.
+type Condition = (&'static str, fn([bool; 3]) -> bool);
 
-const WAYS: [Way; 4] = [
+const CONDITIONS: [Condition; 4] = [
     ("any sphere", |through| through.contains(&true)),
     ("both of two", |through| through[0] && through[1]),
     ("the second alone", |through| through == [false, true, false]),
@@ -114,18 +114,18 @@ fn aim(effort: Effort) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (number, (name, lights)) in alone.chain([together]).enumerate() {
         let (scene, mut stream) = (scene(&lights), Stream::at(&[75, number as u64]));
-        let mut sums = WAYS.map(|_| [[Moments::default(); 3]; 2]);
+        let mut sums = CONDITIONS.map(|_| [[Moments::default(); 3]; 2]);
         for _ in 0..effort.samples(40_000) {
             let emitted = scene.emit(&mut stream).map(|(emission, _)| emission);
             for (i, emission) in [emitted, scene.emit_at_specular(&mut stream)].into_iter().enumerate() {
-                for ((_, way), sums) in WAYS.iter().zip(&mut sums) {
-                    push(&mut sums[i], emission.filter(|e| way(crossed(e))).map_or(Rgb::ZERO, |e| e.flux));
+                for ((_, condition), sums) in CONDITIONS.iter().zip(&mut sums) {
+                    push(&mut sums[i], emission.filter(|e| condition(crossed(e))).map_or(Rgb::ZERO, |e| e.flux));
                 }
             }
         }
-        for ((way, _), [all, aimed]) in WAYS.iter().zip(&sums) {
+        for ((condition, _), [all, aimed]) in CONDITIONS.iter().zip(&sums) {
             for (channel, (all, aimed)) in ["R", "G", "B"].iter().zip(all.iter().zip(aimed)) {
-                findings.push(Finding::equal_means(format!("{name}, {way}, {channel}"), all, aimed));
+                findings.push(Finding::equal_means(format!("{name}, {condition}, {channel}"), all, aimed));
             }
         }
     }

@@ -8,7 +8,7 @@
 /// }
 /// ```
 ///
-/// Each member has the constant `PLUGIN` and `fn read(&Params) -> Result<Self, SceneError>` of [`Described`], and implements
+/// Each member has the constant `PLUGIN` and `fn read(&Params) -> Result<Self, SceneError>` of [`Described`](super::Described), and implements
 /// the traits, which bear the attribute `#[enum_dispatch]`: it forwards every method, those with a default too, and makes
 /// the enum from any member. Without a trait there is neither.
 macro_rules! catalogue {
@@ -22,20 +22,33 @@ macro_rules! catalogue {
 
         $crate::scene_file::catalogue! { @read $Enum in $category, { $($Member($Type)),* } }
     };
+    // With a macro that matches, for methods that must be inlined.
+    (($d:tt) $(#[$meta:meta])* pub enum $Enum:ident: $Model:ident $(+ $More:ident)* in $category:expr, $each:ident {
+        $($(#[$member_meta:meta])* $Member:ident($Type:ty)),* $(,)?
+    }) => {
+        $crate::scene_file::catalogue! {
+            $(#[$meta])* pub enum $Enum: $Model $(+ $More)* in $category, {
+                $($(#[$member_meta])* $Member($Type)),*
+            }
+        }
+
+        $crate::scene_file::catalogue! { @each ($d) $Enum, $each { $($Member),* } }
+    };
     // With a macro that matches, for traits that cannot be forwarded.
     (($d:tt) $(#[$meta:meta])* pub enum $Enum:ident in $category:expr, $each:ident {
         $($(#[$member_meta:meta])* $Member:ident($Type:ty)),* $(,)?
     }) => {
-        $(#[$meta])*
-        #[derive(Clone, Debug)]
-        pub enum $Enum { $($(#[$member_meta])* $Member($Type)),* }
-
-        $crate::scene_file::catalogue! { @read $Enum in $category, { $($Member($Type)),* } }
+        $crate::scene_file::catalogue! {
+            $(#[$meta])* pub enum $Enum in $category, { $($(#[$member_meta])* $Member($Type)),* }
+        }
 
         $(impl From<$Type> for $Enum {
             fn from(member: $Type) -> Self { Self::$Member(member) }
         })*
 
+        $crate::scene_file::catalogue! { @each ($d) $Enum, $each { $($Member),* } }
+    };
+    (@each ($d:tt) $Enum:ident, $each:ident { $($Member:ident),* }) => {
         macro_rules! $each {
             ($d value:expr, $d member:ident => $d body:expr) => {
                 match $d value { $($Enum::$Member($d member) => $d body),* }

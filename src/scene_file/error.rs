@@ -1,4 +1,4 @@
-use std::{fmt, sync::Arc};
+use std::{fmt, path::PathBuf, sync::Arc};
 
 use super::Category;
 
@@ -125,6 +125,21 @@ impl SceneError {
     /// One fault in no file.
     pub fn nowhere(what: impl Into<String>) -> Self {
         Self(vec![Diagnostic { place: None, what: what.into(), hint: None }])
+    }
+
+    /// The same faults in the order in which they stand in a scene's files; those without a place come last.
+    #[must_use]
+    pub fn in_order(mut self, files: &[PathBuf]) -> Self {
+        let names: Vec<_> = files.iter().map(|file| file.display().to_string()).collect();
+        self.0.sort_by_key(|fault| match &fault.place {
+            Some(SourceLocation::File { file, line, column }) => {
+                let number = names.iter().position(|name| **name == **file);
+                (number.unwrap_or(names.len()), *line, *column)
+            }
+            // The builder visits objects in the order of the program, which the sort keeps.
+            Some(SourceLocation::Code { .. } | SourceLocation::Override(_)) | None => (usize::MAX, 0, 0),
+        });
+        self
     }
 
     /// The same with what would have been right.

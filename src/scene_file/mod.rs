@@ -5,21 +5,29 @@
 
 pub mod builder;
 mod catalogue;
+mod described;
 mod edit;
 mod error;
+mod manual;
 mod mesh;
+pub mod mitsuba;
 mod number;
+mod spelling;
 mod params;
 mod plugin;
 mod transform;
 pub mod xml;
 
 pub(crate) use catalogue::catalogue;
+pub use described::Described;
 pub use error::{Diagnostic, Override, SceneError, SourceLocation};
+pub use manual::Manual;
+pub(crate) use manual::manual;
 pub use mesh::MeshArrays;
 pub use number::whole_number;
 pub use params::Params;
-pub use plugin::{DefaultValue, Described, FARTHEST, Param, ParamKind, Plugin, Range};
+pub use plugin::{DefaultValue, FARTHEST, Param, ParamKind, Plugin, Range};
+pub use spelling::{closest, unknown_plugin};
 pub use transform::Transform;
 
 use std::{fmt, path::PathBuf, sync::Arc};

@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3};
 
 use super::{
     Category, DefaultValue, Document, MeshArrays, Object, ObjectId, Param, ParamKind, Plugin, Property, Range,
-    SceneError, Spectrum, Value, plugin::number,
+    SceneError, Spectrum, Value, plugin::number, spelling,
 };
 use crate::math::Rgb;
 
@@ -46,9 +46,8 @@ impl<'d> Params<'d> {
             return Err(SceneError::at(&object.place, what));
         }
         let Some(plugin) = plugins.iter().find(|plugin| plugin.name == object.plugin) else {
-            let known: Vec<_> = plugins.iter().map(|plugin| plugin.name).collect();
-            let error = SceneError::at(&object.place, format!("no {category} is called \"{}\"", object.plugin));
-            return Err(error.hint(format!("known: {}", known.join(", "))));
+            let (what, hint) = spelling::unknown_plugin(category, &object.plugin, plugins);
+            return Err(SceneError::at(&object.place, what).hint(hint));
         };
         Ok(Self { document, object, plugin, used: RefCell::new(vec![false; object.properties.len()]) })
     }
@@ -131,7 +130,7 @@ impl<'d> Params<'d> {
             && !words.contains(&text.as_str())
         {
             let error = self.error(name, format!("\"{name}\" cannot be \"{text}\""));
-            return Err(error.hint(format!("known: {}", words.join(", "))));
+            return Err(error.hint(spelling::hint(text, words)));
         }
         Ok(Some(text))
     }
@@ -296,8 +295,7 @@ impl<'d> Params<'d> {
         }
         let what = format!("{} has no parameter \"{}\"", self.called(), property.name);
         let known: Vec<_> = self.plugin.params.iter().map(|p| p.name).collect();
-        let hint = if known.is_empty() { "it takes none".to_owned() } else { format!("known: {}", known.join(", ")) };
-        SceneError::at(&property.place, what).hint(hint)
+        SceneError::at(&property.place, what).hint(spelling::hint(&property.name, &known))
     }
 
     fn called(&self) -> String {

@@ -1,4 +1,4 @@
-use super::{Category, Params, SceneError};
+use super::{Category, Manual};
 
 /// The manual page of a plugin. Its table of parameters is also what its reader reads by, and the laws of its list run over
 /// its examples.
@@ -6,6 +6,8 @@ use super::{Category, Params, SceneError};
 pub struct Plugin {
     /// The category, which is its tag.
     pub category: Category,
+    /// The text of its manual page.
+    pub manual: Manual,
     /// The `type` attribute.
     pub name: &'static str,
     /// Its purpose in one sentence.
@@ -16,18 +18,6 @@ pub struct Plugin {
     pub examples: &'static [&'static str],
     /// Names of rows of `etendue verify` that check it besides the laws of its list; `*` stands for any text.
     pub evidence: &'static [&'static str],
-}
-
-/// The manual page and the reader that every plugin has.
-pub trait Described: Sized {
-    /// The manual page.
-    const PLUGIN: Plugin;
-
-    /// Reads the parameters.
-    ///
-    /// # Errors
-    /// If one is absent, of another type, or out of its range.
-    fn read(params: &Params<'_>) -> Result<Self, SceneError>;
 }
 
 /// One parameter of a plugin.

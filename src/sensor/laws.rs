@@ -1,4 +1,4 @@
-//! What must hold for cameras.
+//! Laws of cameras.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -16,22 +16,22 @@ use crate::{
 pub const LAWS: &[Law] = &[
     Law {
         name: "sensor/projection",
-        claim: "The ray through the film's image of a point meets the point, whichever side the field of view is measured on, \
-                and spans the depths between the clipping planes.",
+        claim: "For every axis of the field of view, the ray through the projection of a point onto the film passes through the point. \
+               It extends from the near to the far clipping plane.",
         source: "similar triangles; a 35 mm film of 36 mm by 24 mm keeps its diagonal",
         check: Check::Analytic(projection),
     },
     Law {
         name: "sensor/blur-disc",
-        claim: "Rays of one film position meet in one point of the plane in focus, and fill a disc of radius A |z - f| / f at \
-                depth z evenly, on the axis and off it.",
+        claim: "Rays of one film position converge at one point of the plane in focus. At depth z they are uniform on a disc of \
+               radius A |z - f| / f, on the axis and off it.",
         source: "similar triangles; the edge spread of a disc, ½ + (u √(1 - u²) + asin u) / π: 0.804499 at ½",
         check: Check::Analytic(blur_disc),
     },
     Law {
         name: "sensor/importance",
-        claim: "A sensor sees a point where its rays through the point leave the film, and the importance is the film's area per \
-                solid angle of directions, over the squared distance: pixels per area across the ray.",
+        claim: "A sensor projects a point onto the film position whose ray passes through the point. The importance is the film's \
+               area per solid angle of directions, over the squared distance: pixels per area perpendicular to the ray.",
         source: "the derivative of the position on the film by finite differences; the cosines of Veach 1997, section 8.3.2",
         check: Check::Analytic(importance),
     },
@@ -40,20 +40,20 @@ pub const LAWS: &[Law] = &[
 const ORIGIN: DVec3 = DVec3::new(1.0, -2.0, 0.5);
 const TARGET: DVec3 = DVec3::new(-0.4, 1.5, 0.1);
 
-/// Where a point is for the camera: to the left, up, and ahead.
-fn seen(p: DVec3) -> DVec3 {
-    let ahead = (TARGET - ORIGIN).normalize();
-    let left = DVec3::Z.cross(ahead).normalize();
-    let up = ahead.cross(left);
-    let way = p - ORIGIN;
-    DVec3::new(way.dot(left), way.dot(up), way.dot(ahead))
+/// The coordinates of a point in camera space: left, up and forward.
+fn to_camera(p: DVec3) -> DVec3 {
+    let forward = (TARGET - ORIGIN).normalize();
+    let left = DVec3::Z.cross(forward).normalize();
+    let up = forward.cross(left);
+    let offset = p - ORIGIN;
+    DVec3::new(offset.dot(left), offset.dot(up), offset.dot(forward))
 }
 
 fn camera(plugin: &str, params: &str, size: (u32, u32)) -> Camera {
     turned_camera(plugin, "", params, size)
 }
 
-/// A camera whose space is turned or mirrored first.
+/// A camera with a transform `turn` before its look-at transform.
 fn turned_camera(plugin: &str, turn: &str, params: &str, (width, height): (u32, u32)) -> Camera {
     let element = format!(
         r#"<sensor type="{plugin}"><transform name="to_world">{turn}<lookat origin="{}, {}, {}" target="{}, {}, {}" up="0, 0, 1"/></transform>
@@ -66,7 +66,7 @@ fn turned_camera(plugin: &str, turn: &str, params: &str, (width, height): (u32, 
     Sensor::read(&document, document.root).expect("the element is a sensor").camera
 }
 
-/// How a field of view is given, for a film that is wide and for one that is tall: half the film's width at depth 1.
+/// The ways to specify a field of view, for a wide and a tall film, each with half the film's width at depth 1.
 fn fields() -> Vec<(&'static str, (u32, u32), String, f64)> {
     let half = 20.0_f64.to_radians().tan();
     let (wide, tall) = ((64, 36), (30, 48));
@@ -98,26 +98,31 @@ fn projection(_: Effort) -> Vec<Finding> {
     for (name, size, params, half_width) in fields() {
         for (plugin, more) in [("perspective", ""), ("thinlens", lens)] {
             let camera = camera(plugin, &(params.clone() + more), size);
-            findings.push(Finding::error(format!("{plugin}, {name}"), missed(&camera, size, half_width), 1e-12));
+            findings.push(Finding::error(
+                format!("{plugin}, {name}"),
+                projection_error(&camera, size, half_width),
+                1e-12,
+            ));
         }
     }
     findings
 }
 
-/// By how much rays miss points that they should meet, or start and end elsewhere than they should.
-fn missed(camera: &Camera, (width, height): (u32, u32), half_width: f64) -> f64 {
+/// The maximum error of rays through projected points: the distance from the point, and the errors of their ends and
+/// lengths.
+fn projection_error(camera: &Camera, (width, height): (u32, u32), half_width: f64) -> f64 {
     let film = DVec2::new(f64::from(width), f64::from(height));
     let points = [DVec3::new(-0.2, 1.0, 0.3), DVec3::new(-0.4, 1.5, 0.1), DVec3::new(0.9, 1.8, -0.7)];
     let error = |p: DVec3| {
-        let at = seen(p);
-        // Left on the film is left in the world; rows count downwards. Pixels are square.
+        let local = to_camera(p);
+        // Left on the film is left in the world, rows count downwards, and pixels are square.
         let pixels = 0.5 * film.x / half_width;
-        let position = 0.5 * film - pixels * at.truncate() / at.z;
+        let position = 0.5 * film - pixels * local.truncate() / local.z;
         let ray = camera.ray(position, DVec2::splat(0.5));
-        let beside = ray.direction.cross(p - ray.origin).length();
-        let (near, far) = (seen(ray.origin).z, seen(ray.at(ray.t_max)).z);
+        let distance = ray.direction.cross(p - ray.origin).length();
+        let (near, far) = (to_camera(ray.origin).z, to_camera(ray.at(ray.t_max)).z);
         let backwards = f64::from(ray.direction.dot(p - ray.origin) <= 0.0);
-        beside + backwards + (near - 0.25).abs() + (far - 40.0).abs() / 40.0 + (ray.direction.length() - 1.0).abs()
+        distance + backwards + (near - 0.25).abs() + (far - 40.0).abs() / 40.0 + (ray.direction.length() - 1.0).abs()
     };
     points.into_iter().map(error).fold(0.0, f64::max)
 }
@@ -125,9 +130,9 @@ fn missed(camera: &Camera, (width, height): (u32, u32), half_width: f64) -> f64 
 const APERTURE: f64 = 0.3;
 const FOCUS: f64 = 4.0;
 
-/// Where a ray meets a plane across the camera's axis.
+/// The intersection of a ray with a plane perpendicular to the camera's axis.
 fn on_plane(ray: &Ray, depth: f64) -> DVec2 {
-    let (from, to) = (seen(ray.origin), seen(ray.origin + ray.direction));
+    let (from, to) = (to_camera(ray.origin), to_camera(ray.origin + ray.direction));
     let slope = (to - from) / (to.z - from.z);
     (from + (depth - from.z) * slope).truncate()
 }
@@ -148,9 +153,9 @@ fn blur_disc(effort: Effort) -> Vec<Finding> {
         Finding::value("edge spread at ½", edge_spread(0.5), 0.804_499, 1e-6),
         Finding::value("edge spread, 10 to 90 %", edge_spread(1.374_098 / 2.0), 0.9, 1e-6),
     ];
-    for (place, film) in [("on the axis", DVec2::new(32.0, 18.0)), ("off the axis", DVec2::new(3.0, 31.0))] {
+    for (position, film) in [("on the axis", DVec2::new(32.0, 18.0)), ("off the axis", DVec2::new(3.0, 31.0))] {
         for depth in [1.0, 2.5, 4.0, 9.0] {
-            let name = format!("{place}, depth {depth}");
+            let name = format!("{position}, depth {depth}");
             findings.extend(blur(&camera, &name, film, depth, effort.samples(5000)));
         }
     }
@@ -178,7 +183,7 @@ fn blur(camera: &Camera, name: &str, film: DVec2, depth: f64, samples: u32) -> V
     findings
 }
 
-/// A step of finite differences, in distances; errors go by its square.
+/// The step of finite differences, relative to the distance; the error is of second order.
 const STEP: f64 = 1e-4;
 
 fn importance(effort: Effort) -> Vec<Finding> {
@@ -188,9 +193,9 @@ fn importance(effort: Effort) -> Vec<Finding> {
         for (turned, turn) in [("", ""), (", mirrored", r#"<scale x="-1"/>"#)] {
             for (plugin, more) in [("perspective", ""), ("thinlens", lens)] {
                 let camera = turned_camera(plugin, turn, &(params.clone() + more), size);
-                let [beside, density] = sight_errors(&camera, size, effort.samples(50));
+                let [position, density] = sample_errors(&camera, size, effort.samples(50));
                 let name = format!("{plugin}, {name}{turned}");
-                findings.push(Finding::error(format!("{name}: rays through points"), beside, 1e-9));
+                findings.push(Finding::error(format!("{name}: rays through points"), position, 1e-9));
                 findings.push(Finding::error(format!("{name}: importance"), density, 1e-6));
             }
         }
@@ -198,30 +203,31 @@ fn importance(effort: Effort) -> Vec<Finding> {
     findings
 }
 
-/// By how much sights of points are not the inverse of rays, and importances not the density of the film.
-fn sight_errors(camera: &Camera, (width, height): (u32, u32), points: u32) -> [f64; 2] {
+/// The maximum errors of `sample_direction` as the inverse of `ray`, and of the importance as the film's density.
+fn sample_errors(camera: &Camera, (width, height): (u32, u32), points: u32) -> [f64; 2] {
     let film = DVec2::new(f64::from(width), f64::from(height));
     let mut stream = Stream::at(&[61]);
-    let (mut beside, mut density) = (0.0_f64, 0.0_f64);
+    let (mut position, mut density) = (0.0_f64, 0.0_f64);
     for _ in 0..points {
-        // Film positions beyond the border are seen too.
+        // Film positions beyond the border are projected too.
         let (at, u) = ((1.4 * stream.next_2d() - 0.2) * film, stream.next_2d());
         let ray = camera.ray(at, u);
         let distance = 1.0 + 9.0 * stream.next_1d();
         let p = ray.at(distance);
-        let see = |p| camera.sample_direction(p, u).expect("the point lies between the clipping planes");
-        let sensor_sample = see(p);
+        let sample = |p| camera.sample_direction(p, u).expect("the point lies between the clipping planes");
+        let sensor_sample = sample(p);
         let start = sensor_sample.ray.origin + sensor_sample.ray.direction - ray.origin;
-        beside = beside.max((sensor_sample.film - at).length() / film.length());
-        beside =
-            beside.max((sensor_sample.direction + ray.direction).length()).max((sensor_sample.ray.origin - p).length());
-        beside = beside.max(start.length());
+        position = position.max((sensor_sample.film - at).length() / film.length());
+        position = position
+            .max((sensor_sample.direction + ray.direction).length())
+            .max((sensor_sample.ray.origin - p).length());
+        position = position.max(start.length());
 
         let (a, b) = sensor_sample.direction.any_orthonormal_pair();
         let step = STEP * distance;
-        let slope = |v: DVec3| (see(p + step * v).film - see(p - step * v).film) / (2.0 * step);
+        let slope = |v: DVec3| (sample(p + step * v).film - sample(p - step * v).film) / (2.0 * step);
         let pixels_per_area = slope(a).perp_dot(slope(b)).abs();
         density = density.max((sensor_sample.importance / pixels_per_area - 1.0).abs());
     }
-    [beside, density]
+    [position, density]
 }

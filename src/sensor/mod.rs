@@ -1,4 +1,4 @@
-//! Sensors: cameras with their films and samplers.
+//! Sensors: cameras with their film and sampler.
 
 pub mod laws;
 mod perspective;
@@ -17,41 +17,41 @@ use crate::{
     scene_file::{Category, FARTHEST, Param, ParamKind, Params, Range, SceneError, catalogue},
 };
 
-/// A direction from a point of the scene to the sensor.
+/// A sampled direction from a point to the sensor.
 #[derive(Clone, Copy, Debug)]
 pub struct SensorSample {
-    /// The position on the film at which the point appears, in pixels from the top left corner; it may lie outside of the film.
+    /// The position of the point's projection on the film, in pixels; it may lie outside the film.
     pub film: DVec2,
     /// The unit direction from the point to the sensor.
     pub direction: DVec3,
-    /// The segment on which a surface would hide the point.
+    /// The segment to the sensor, on which an occluder hides the point.
     pub ray: Ray,
-    /// The importance of the point, in pixels per m² perpendicular to `direction`: light of the intensity I, in W/sr, that leaves
-    /// the point in this direction adds I times this to the radiance of its pixel.
+    /// The importance: pixels per m² perpendicular to `direction` at the point. A pixel's radiance is the sum of the
+    /// flux towards the sensor times this importance.
     pub importance: f64,
 }
 
-/// The interface of all cameras.
+/// The interface of all sensors.
 #[enum_dispatch]
 pub trait SensorModel {
-    /// The ray through a position on the film, in pixels from its top left corner, and a point of the lens, given by a point of
-    /// the unit square. Its direction has unit length. All rays have the same weight.
+    /// The ray through a position on the film, in pixels from its top left corner, and a point of the lens sampled by
+    /// `lens`. The direction has unit length. All rays have the same weight.
     fn ray(&self, film: DVec2, lens: DVec2) -> Ray;
 
-    /// The direction from a point to a point of the lens, given by a point of the unit square; None if a clipping plane hides
-    /// the point.
+    /// Samples a point of the lens by `lens`, and the direction to it from `p`; None if `p` is not between the clipping
+    /// planes.
     fn sample_direction(&self, p: DVec3, lens: DVec2) -> Option<SensorSample>;
 
-    /// The width, in m, of what a pixel covers on the plane through a point perpendicular to the camera's axis.
+    /// The width of a pixel, in m, projected onto the plane through `p` that is perpendicular to the camera's axis.
     fn footprint(&self, p: DVec3) -> f64;
 }
 
 catalogue! {
     /// A camera.
     pub enum Camera: SensorModel in Category::Sensor, {
-        /// A pinhole.
+        /// A pinhole camera.
         Perspective(Perspective),
-        /// A thin lens.
+        /// A camera with a thin lens.
         ThinLens(ThinLens),
     }
 }
@@ -59,19 +59,19 @@ catalogue! {
 /// A camera with its film and its sampler.
 #[derive(Clone, Debug)]
 pub struct Sensor {
-    /// The camera, which maps film positions to rays.
+    /// The camera, which generates rays.
     pub camera: Camera,
-    /// The film.
+    /// The film, which samples positions.
     pub film: HdrFilm,
-    /// The sampler.
+    /// The sampler, which generates random numbers.
     pub sampler: Sampler,
 }
 
 impl Sensor {
-    /// Reads a sensor with the film and the sampler in it.
+    /// Reads a sensor element and its children.
     ///
     /// # Errors
-    /// All faults of the three.
+    /// If a parameter or a child is invalid.
     pub fn read(document: &crate::scene_file::Document, id: crate::scene_file::ObjectId) -> Result<Self, SceneError> {
         let params = Camera::params(document, id)?;
         let camera = Camera::read_from(&params)?;
@@ -85,7 +85,7 @@ impl Sensor {
     }
 }
 
-/// The film of the sensor, which an empty element stands for if there is none.
+/// The film of the sensor, or the default film.
 fn read_film(params: &Params<'_>) -> Result<HdrFilm, SceneError> {
     match params.child(Category::Film)? {
         Some(id) => Ok(FilmPlugin::read(params.document(), id)?.format().clone()),
@@ -93,35 +93,35 @@ fn read_film(params: &Params<'_>) -> Result<HdrFilm, SceneError> {
     }
 }
 
-/// The parameters that both cameras share.
+/// The parameters of both cameras.
 const FOV: Param = Param::optional("fov", ParamKind::Float, "focal_length", "the field of view in degrees")
     .within(Range { min: 1e-6, max: 180.0 - 1e-6, open: false });
 const FOCAL_LENGTH: Param = Param::optional(
     "focal_length",
     ParamKind::String,
     "50mm",
-    "the focal length of a 35 mm camera, such as 50mm, instead of fov",
+    "the focal length of a 35 mm camera, such as 50mm; an alternative to fov",
 );
 const FOV_AXIS: Param = Param::new(
     "fov_axis",
     ParamKind::Choice(&["x", "y", "diagonal", "smaller", "larger"]),
     "x",
-    "along which side of the film the field of view is measured",
+    "the side of the film along which the field of view is measured",
 );
 const NEAR_CLIP: Param =
-    Param::new("near_clip", ParamKind::Float, "0.01", "nothing nearer is seen, in depth").within(Range::LENGTH);
+    Param::new("near_clip", ParamKind::Float, "0.01", "the depth of the near clipping plane").within(Range::LENGTH);
 const FAR_CLIP: Param =
-    Param::new("far_clip", ParamKind::Float, "10000", "nothing farther is seen, in depth").within(Range::POSITIVE);
+    Param::new("far_clip", ParamKind::Float, "10000", "the depth of the far clipping plane").within(Range::POSITIVE);
 const TO_WORLD: Param = Param::optional(
     "to_world",
     ParamKind::Transform,
     "the identity",
-    "the camera's place; it looks along +z, +x being left",
+    "maps the camera to the world; it looks along +z, and +x is left",
 );
 const FILM: Param = Param::optional("film", ParamKind::Object(Category::Film), "hdrfilm, 768 x 576", "the film");
 const SAMPLER: Param = Param::optional("sampler", ParamKind::Object(Category::Sampler), "independent", "the sampler");
 
-/// The pyramid of view.
+/// The view frustum.
 #[derive(Clone, Debug)]
 struct Projection {
     to_world: DAffine3,
@@ -159,7 +159,7 @@ impl Projection {
                     .hint("give one"));
             }
             (Some(fov), None) => ((0.5 * fov.to_radians()).tan(), params.string(FOV_AXIS.name)?),
-            // A 35 mm film is 36 mm by 24 mm; the diagonal is what is kept.
+            // A 35 mm film is 36 mm by 24 mm. The diagonal field of view is kept.
             (None, given) => {
                 params.string(FOV_AXIS.name)?;
                 let millimetres = parse_millimetres(params, given.unwrap_or("50mm"))?;
@@ -180,12 +180,12 @@ impl Projection {
         self.pixel.x * self.to_world.matrix3.z_axis.dot(p - self.to_world.translation)
     }
 
-    /// The local direction through a position on the film, with depth 1.
+    /// The local direction through a position on the film, with a z of 1.
     fn direction(&self, film: DVec2) -> DVec3 {
         (self.half_size - film * self.pixel).extend(1.0)
     }
 
-    /// The world's ray from a local origin, which starts and ends on the clipping planes.
+    /// The world-space ray from a local origin, which starts and ends on the clipping planes.
     #[inline]
     fn ray(&self, origin: DVec3, direction: DVec3) -> Ray {
         let (length, per_depth) = (direction.length(), direction.z.recip());
@@ -195,25 +195,25 @@ impl Projection {
         Ray { t_max: (self.far - self.near) * (length * per_depth), ..ray }
     }
 
-    /// How a point is seen through a local origin on the lens, if all rays through the film at depth 1 times `focus`
-    /// meet there.
+    /// The sensor sample of a point through a local origin on the lens, if all rays of a film position converge at the
+    /// depth `focus`.
     #[inline]
     fn sample_direction(&self, p: DVec3, origin: DVec3, focus: f64) -> Option<SensorSample> {
         let local = self.to_local.transform_point3(p);
         if !(self.near..self.far).contains(&local.z) {
             return None;
         }
-        let way = local - origin;
-        let distance_squared = way.length_squared();
+        let offset = local - origin;
+        let distance_squared = offset.length_squared();
         let distance = distance_squared.sqrt();
-        let at_depth_one = (origin + way * (focus / local.z)).truncate() / focus;
+        let at_depth_one = (origin + offset * (focus / local.z)).truncate() / focus;
         let cos = local.z / distance;
         // A pixel's solid angle is that of its area at depth 1, px py cos³ θ, through any point of the lens.
         let solid_angle = self.pixel.x * self.pixel.y * cos * cos * cos;
-        let start = self.to_world.transform_point3(origin + way * (self.near / local.z));
+        let start = self.to_world.transform_point3(origin + offset * (self.near / local.z));
         Some(SensorSample {
             film: (self.half_size - at_depth_one) / self.pixel,
-            direction: self.to_world.transform_vector3(way / -distance),
+            direction: self.to_world.transform_vector3(offset / -distance),
             ray: Ray::between(p, start),
             importance: 1.0 / (solid_angle * distance_squared),
         })
@@ -223,20 +223,20 @@ impl Projection {
 fn parse_millimetres(params: &Params<'_>, text: &str) -> Result<f64, SceneError> {
     let number = text.trim().strip_suffix("mm").unwrap_or(text.trim()).trim().parse::<f64>();
     number.ok().filter(|f| f.is_finite() && *f > 0.0).ok_or_else(|| {
-        params.error(FOCAL_LENGTH.name, format!("\"{text}\" is no focal length")).hint("write it as 50mm")
+        params.error(FOCAL_LENGTH.name, format!("\"{text}\" is not a focal length")).hint("write it as 50mm")
     })
 }
 
-/// A camera may be turned, moved and mirrored, not scaled: lengths are the world's.
+/// A camera may be rotated, moved and mirrored but not scaled, because its lengths are in world units.
 fn check_rigid(params: &Params<'_>, to_world: &DAffine3) -> Result<(), SceneError> {
     if to_world.translation.abs().max_element() > FARTHEST {
         let error = params.error(TO_WORLD.name, "the sensor is too far away");
-        return Err(error.hint(format!("no coordinate may be beyond {FARTHEST:e}")));
+        return Err(error.hint(format!("no coordinate may exceed {FARTHEST:e}")));
     }
     let gram = to_world.matrix3.transpose() * to_world.matrix3;
     if gram.abs_diff_eq(glam::DMat3::IDENTITY, 1e-4) {
         return Ok(());
     }
     let error = params.error(TO_WORLD.name, "the sensor's to_world scales or shears");
-    Err(error.hint("a camera can only be turned, moved and mirrored"))
+    Err(error.hint("a camera can only be rotated, moved and mirrored"))
 }

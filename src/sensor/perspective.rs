@@ -5,7 +5,7 @@ use super::{
 };
 use crate::{
     math::Ray,
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
 };
 
 /// A pinhole camera.
@@ -17,6 +17,7 @@ pub struct Perspective {
 impl Described for Perspective {
     const PLUGIN: Plugin = Plugin {
         category: Category::Sensor,
+        manual: manual!("perspective.rs": "Perspective"),
         name: "perspective",
         summary: "A pinhole camera.",
         params: &[FOV, FOCAL_LENGTH, FOV_AXIS, NEAR_CLIP, FAR_CLIP, TO_WORLD, FILM, SAMPLER],

@@ -5,10 +5,10 @@ use super::{
 };
 use crate::{
     math::{Ray, warp},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
 };
 
-/// A camera with an ideal thin lens: points in the plane at `focus_distance` are sharp, others are discs.
+/// A camera with an ideal thin lens. Points in the plane at `focus_distance` are in focus, others blur to discs.
 #[derive(Clone, Debug)]
 pub struct ThinLens {
     projection: Projection,
@@ -19,11 +19,12 @@ pub struct ThinLens {
 impl Described for ThinLens {
     const PLUGIN: Plugin = Plugin {
         category: Category::Sensor,
+        manual: manual!("thinlens.rs": "ThinLens"),
         name: "thinlens",
         summary: "A camera with an ideal thin lens, for depth of field.",
         params: &[
             Param::required("aperture_radius", ParamKind::Float, "the radius of the lens").within(Range::LENGTH),
-            Param::optional("focus_distance", ParamKind::Float, "far_clip", "the depth of the plane that is sharp")
+            Param::optional("focus_distance", ParamKind::Float, "far_clip", "the depth of the plane in focus")
                 .within(Range::LENGTH),
             FOV,
             FOCAL_LENGTH,
@@ -49,7 +50,7 @@ impl Described for ThinLens {
 }
 
 impl ThinLens {
-    /// A point of the lens.
+    /// A sampled point of the lens, in local coordinates.
     fn on_lens(&self, u: DVec2) -> DVec3 {
         (self.aperture_radius * warp::square_to_disc(u)).extend(0.0)
     }

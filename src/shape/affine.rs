@@ -5,12 +5,12 @@ use crate::{
     scene_file::{Params, SceneError},
 };
 
-/// An affine image of a canonical form: the maps both ways, and what they do to normals and areas.
+/// The map from a canonical geometry to the world, with its inverse and its effect on normals and areas.
 #[derive(Clone, Debug)]
 pub(super) struct Affine {
     pub(super) to_world: DAffine3,
     pub(super) to_local: DAffine3,
-    /// Takes local normals to the world, up to length: the inverse transpose.
+    /// The inverse transpose: maps local normals to world normals up to their length.
     normals: DMat3,
     volume_scale: f64,
 }
@@ -22,14 +22,14 @@ impl Affine {
         Self { to_world, to_local, normals, volume_scale: to_world.matrix3.determinant().abs() }
     }
 
-    /// The shape's `to_world` after a map into the shape's space; an error if the whole is singular.
+    /// The shape's `to_world` composed with a map from canonical to shape space. An error if the composition is singular.
     pub(super) fn read(params: &Params<'_>, canonical: DAffine3) -> Result<Self, SceneError> {
         let to_world = params.transform(super::TO_WORLD.name)? * canonical;
         let affine = Self::new(to_world);
         if affine.to_local.is_finite() && affine.to_world.is_finite() {
             return Ok(affine);
         }
-        let what = "the shape has no volume left after its transform";
+        let what = "the transform of the shape is singular or infinite";
         Err(params.error(super::TO_WORLD.name, what).hint("no scale may be 0 or beyond 1e308"))
     }
 
@@ -48,8 +48,8 @@ impl Affine {
         (self.normals * local).normalize()
     }
 
-    /// How a density per local area looks in the world, at a place with this unit local normal.
-    /// A patch `n dA` becomes `det M · M⁻ᵀ n dA` (Nanson's formula).
+    /// The density per world area of a density per local area, at a point with this unit local normal.
+    /// An area element `n dA` becomes `det M · M⁻ᵀ n dA` (Nanson's formula).
     pub(super) fn pdf(&self, local: PerArea, local_normal: DVec3) -> PerArea {
         PerArea(local.0 / (self.volume_scale * (self.normals * local_normal).length()))
     }

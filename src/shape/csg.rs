@@ -7,56 +7,59 @@ use super::{
 };
 use crate::{
     math::{Aabb, Frame, Ray},
-    scene_file::{Category, Described, ObjectId, Param, ParamKind, Params, Plugin, SceneError},
+    scene_file::{Category, Described, ObjectId, Param, ParamKind, Params, Plugin, SceneError, manual},
 };
 
-/// Constructive solid geometry: the union or the intersection of solids, or the first one without all others.
+/// Constructive solid geometry: the union or the intersection of solids, or the difference of the first solid and all
+/// others.
 ///
-/// Solids are spheres, ellipsoids, cubes, closed meshes, planes (the half-space below), cylinders and other quadrics
-/// (their ends closed by flat faces), and other csgs, as deep as scenes are read. One operand alone is its solid, with
-/// closed ends. Normals point out of the result, so that glass is entered and left in turn, and nothing is met within a
-/// union. An operand's own bsdf covers what remains of its surface, the csg's the rest.
+/// The operands can be spheres, ellipsoids, cubes, closed meshes, planes (the half-space below the plane), cylinders and
+/// other quadrics (closed by flat faces), and other csgs, nested as deeply as scene files can be. A csg with a single
+/// operand is that solid, closed by flat faces. Normals point out of the result, so that rays enter and leave glass in
+/// turn, and a union has no inner surfaces. The BSDF of an operand applies to the part of its surface that remains. The
+/// BSDF of the csg applies to operands without their own.
 ///
-/// What is thinner than the distance by which rays leave surfaces, 1e-9 of the coordinates, does not exist: where faces of
-/// operands coincide or touch there is neither gap nor skin, and the first operand's surface counts. Shells of a mesh
-/// must face outwards; one within another that faces inwards bounds a cavity.
+/// Details thinner than the offset of spawned rays, 1e-9 of the coordinates, vanish: where faces of operands coincide or
+/// touch, the result has neither a gap nor a skin, and the surface is that of the first operand. The shells of a mesh must
+/// face outwards. A shell that faces inwards within another shell bounds a cavity.
 #[derive(Clone, Debug)]
 pub struct Csg {
     operation: Operation,
     operands: Vec<Operand>,
     materials: Vec<Option<ObjectId>>,
-    /// Whether it has two operands, both convex.
-    is_pair: bool,
-    /// Where its space is, if it is not the world or that of the csg around it.
-    placed: Option<Affine>,
+    /// Whether the csg has exactly two operands and both are convex.
+    is_convex_pair: bool,
+    /// The csg's `to_world`, if it has one. Without it, the operands are in the space of the parent csg or of the world.
+    transform: Option<Affine>,
     bounds: Aabb,
 }
 
 #[derive(Clone, Debug)]
 struct Operand {
     geometry: Geometry,
-    /// The number of its first leaf.
-    first_leaf: u32,
-    /// Whether what it encloses is outside.
-    is_cut_away: bool,
+    /// The operand index of its first operand that is not a csg.
+    first_index: u32,
+    /// Whether the operand is subtracted.
+    is_subtracted: bool,
 }
 
 impl Described for Csg {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("csg.rs": "Csg"),
         name: "csg",
-        summary: "Union, intersection or difference of solids: spheres, ellipsoids, cubes, closed meshes, planes (half-spaces), \
-                  quadrics (their ends closed) and other csgs.",
+        summary: "The union, intersection or difference of solids: spheres, ellipsoids, cubes, closed meshes, planes \
+                  (half-spaces), quadrics (closed by flat faces) and other csgs.",
         params: &[
             Param::required(
                 "operation",
                 ParamKind::Choice(&["union", "intersection", "difference"]),
-                "what is made of them; the difference is the first without all others",
+                "the set operation; difference subtracts all other operands from the first",
             ),
             Param::required(
                 "shape",
                 ParamKind::Object(Category::Shape),
-                "the operands in order, each with its bsdf or without",
+                "the operands in order, each optionally with its own bsdf",
             ),
             super::TO_WORLD,
             super::FLIP_NORMALS,
@@ -79,28 +82,28 @@ impl Described for Csg {
             "intersection" => Operation::Intersection,
             _ => Operation::Difference,
         };
-        let placed = match params.find(super::TO_WORLD.name) {
+        let transform = match params.find(super::TO_WORLD.name) {
             Some(_) => Some(Affine::read(params, DAffine3::IDENTITY)?),
             None => None,
         };
         let children = params.children(Category::Shape);
         if children.is_empty() {
-            let error = SceneError::at(&params.object().place, "a shape \"csg\" has no operand");
-            return Err(error.hint("put the shapes inside it"));
+            let error = SceneError::at(&params.object().place, "a shape \"csg\" has no operands");
+            return Err(error.hint("put the operands inside it"));
         }
         let mut csg = Self {
             operation,
             operands: Vec::new(),
             materials: Vec::new(),
-            is_pair: false,
-            placed,
+            is_convex_pair: false,
+            transform,
             bounds: Aabb::EMPTY,
         };
         for id in children {
             csg.push(params, id)?;
         }
         csg.bounds = csg.find_bounds();
-        csg.is_pair = csg.operands.len() == 2 && csg.operands.iter().all(|operand| operand.geometry.is_convex());
+        csg.is_convex_pair = csg.operands.len() == 2 && csg.operands.iter().all(|operand| operand.geometry.is_convex());
         Ok(csg)
     }
 }
@@ -114,19 +117,19 @@ impl Csg {
         let place = &document.object(id).place;
         geometry
             .check_solid()
-            .map_err(|why| SceneError::at(place, format!("this shape is no operand of a csg: {why}")))?;
+            .map_err(|why| SceneError::at(place, format!("this shape cannot be an operand of a csg: {why}")))?;
         if child.find(super::FLIP_NORMALS.name).is_some() {
             let error = child.error(super::FLIP_NORMALS.name, "the normals of an operand cannot be flipped");
-            return Err(error.hint("they point out of the result; flip those of the csg"));
+            return Err(error.hint("set flip_normals of the csg instead"));
         }
         if let Some(emitter) = child.child(Category::Emitter)? {
             let place = &document.object(emitter).place;
-            return Err(SceneError::at(place, "an operand of a csg cannot shine"));
+            return Err(SceneError::at(place, "an operand of a csg cannot be an area light"));
         }
         let own = child.child(Category::Bsdf)?;
         child.finish()?;
-        let is_cut_away = self.operation == Operation::Difference && !self.operands.is_empty();
-        self.operands.push(Operand { first_leaf: self.materials.len() as u32, is_cut_away, geometry });
+        let is_subtracted = self.operation == Operation::Difference && !self.operands.is_empty();
+        self.operands.push(Operand { first_index: self.materials.len() as u32, is_subtracted, geometry });
         let geometry = &self.operands[self.operands.len() - 1].geometry;
         self.materials.extend(geometry.materials().iter().map(|operand_index| operand_index.or(own)));
         Ok(())
@@ -140,20 +143,20 @@ impl Csg {
             Operation::Intersection => boxes.fold(first, Aabb::intersection),
             Operation::Difference => first,
         };
-        match &self.placed {
+        match &self.transform {
             Some(affine) if !local.is_empty() => local.transformed(&affine.to_world),
             _ => local,
         }
     }
 
-    /// A ray in the space of the operands.
+    /// The ray in the space of the operands.
     fn local(&self, ray: &Ray) -> Ray {
-        self.placed.as_ref().map_or(*ray, |affine| affine.ray(ray))
+        self.transform.as_ref().map_or(*ray, |affine| affine.ray(ray))
     }
 
-    /// The operand that a leaf belongs to.
+    /// The operand of this csg that contains the operand with this index.
     fn operand_of(&self, operand_index: u32) -> &Operand {
-        let after = self.operands.partition_point(|operand| operand.first_leaf <= operand_index);
+        let after = self.operands.partition_point(|operand| operand.first_index <= operand_index);
         &self.operands[after - 1]
     }
 }
@@ -162,23 +165,23 @@ impl Operand {
     #[inline(always)]
     fn span(&self, line: &Line) -> Option<Span> {
         let span = self.geometry.span(line);
-        span.map(|span| span.map(|crossing| Crossing { operand_index: self.first_leaf, ..crossing }))
+        span.map(|span| span.map(|crossing| Crossing { operand_index: self.first_index, ..crossing }))
     }
 
     fn cross(&self, line: &Line) -> Crossings {
         let mut crossings = self.geometry.cross(line);
-        if self.first_leaf > 0 {
-            crossings.iter_mut().for_each(|crossing| crossing.operand_index += self.first_leaf);
+        if self.first_index > 0 {
+            crossings.iter_mut().for_each(|crossing| crossing.operand_index += self.first_index);
         }
         crossings
     }
 }
 
 impl Csg {
-    /// Finds the crossings of a line in order, until `visit` says that it has enough.
+    /// Visits the crossings of a line in order, until `visit` returns true.
     #[inline(always)]
     fn visit(&self, line: &Line, visit: impl FnMut(Crossing) -> bool) {
-        match &self.placed {
+        match &self.transform {
             Some(affine) => self.visit_local(&line.within(affine.ray(&line.ray)), visit),
             None => self.visit_local(line, visit),
         }
@@ -187,7 +190,7 @@ impl Csg {
     #[inline(always)]
     fn visit_local(&self, line: &Line, mut visit: impl FnMut(Crossing) -> bool) {
         let needs_first = self.operation != Operation::Union;
-        if self.is_pair {
+        if self.is_convex_pair {
             let first = self.operands[0].span(line);
             if first.is_none() && needs_first {
                 return;
@@ -237,17 +240,17 @@ impl ShapeModel for Csg {
 
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
         let operand = self.operand_of(hit.operand_index);
-        let own = Hit { operand_index: hit.operand_index - operand.first_leaf, ..*hit };
+        let own = Hit { operand_index: hit.operand_index - operand.first_index, ..*hit };
         let surface = operand.geometry.solid_surface(&self.local(ray), &own);
-        let surface = if operand.is_cut_away { surface.flipped() } else { surface };
+        let surface = if operand.is_subtracted { surface.flipped() } else { surface };
         let surface = Surface { operand_index: hit.operand_index, ..surface };
-        let Some(affine) = &self.placed else { return surface };
+        let Some(affine) = &self.transform else { return surface };
         let shading = Frame::from_normal(affine.normal(surface.shading.n));
         Surface { p: affine.point(surface.p), n: affine.normal(surface.n), shading, ..surface }
     }
 
     fn not_an_emitter_because(&self) -> Option<&'static str> {
-        Some("let one of its parts shine beside it")
+        Some("make a copy of one of its operands an area light instead")
     }
 
     fn materials(&self) -> &[Option<ObjectId>] {

@@ -2,17 +2,17 @@ use glam::{DAffine3, DVec2, DVec3};
 
 use super::{Crossing, Hit, Line, ShapeModel, ShapeSample, SolidModel, Span, Surface, affine::Affine};
 use crate::{
-    math::{Aabb, Distribution1D, Draw, PerArea, Ray},
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    math::{Aabb, DiscreteSample, Distribution1D, PerArea, Ray},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
 };
 
-/// The cube from -1 to 1, under any affine map a parallelepiped. Face `2 axis + side` lies at `±1` on that axis, the
-/// positive side being 1; each carries the unit square of `uv`, laid as in Mitsuba.
+/// The cube from -1 to 1 on every axis, or a parallelepiped as its affine image. Face `2 axis + side` lies at -1 (`side`
+/// 0) or +1 (`side` 1) on that axis. The texture coordinates of each face cover the unit square, oriented as in Mitsuba.
 #[derive(Clone, Debug)]
 pub struct Cube {
     affine: Affine,
     normals: [DVec3; 6],
-    /// The faces by their areas.
+    /// Samples faces in proportion to their areas.
     faces: Distribution1D<[f64; 6]>,
     pdf: PerArea,
 }
@@ -20,8 +20,9 @@ pub struct Cube {
 impl Described for Cube {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("cube.rs": "Cube"),
         name: "cube",
-        summary: "The cube from -1 to 1 on every axis, normals outwards.",
+        summary: "The cube from -1 to 1 on every axis, with outward normals.",
         params: &[super::TO_WORLD, super::FLIP_NORMALS],
         examples: &[
             r#"<shape type="cube"/>"#,
@@ -35,7 +36,7 @@ impl Described for Cube {
         let affine = Affine::read(params, DAffine3::IDENTITY)?;
         let areas: [f64; 6] = std::array::from_fn(|face| 4.0 / affine.pdf(PerArea(1.0), local_normal(face)).0);
         let total: f64 = areas.iter().sum();
-        let faces = Distribution1D::of_chances(areas.map(|area| area / total));
+        let faces = Distribution1D::from_probabilities(areas.map(|area| area / total));
         let normals = std::array::from_fn(|face| affine.normal(local_normal(face)));
         Ok(Self { affine, normals, faces, pdf: PerArea(1.0 / total) })
     }
@@ -84,20 +85,20 @@ impl ShapeModel for Cube {
     fn polygon(&self, surface: &Surface) -> Option<[DVec3; 4]> {
         let face = surface.primitive as usize;
         let (a, b) = ((face / 2 + 1) % 3, (face / 2 + 2) % 3);
-        let corner = |along: f64, across: f64| {
+        let corner = |x: f64, y: f64| {
             let mut local = local_normal(face);
-            (local[a], local[b]) = (along, across);
+            (local[a], local[b]) = (x, y);
             self.affine.point(local)
         };
         Some([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)])
     }
 
     fn sample_position(&self, u: DVec2) -> ShapeSample<PerArea> {
-        let Draw { index: face, rest: along } = self.faces.sample(u.x);
+        let DiscreteSample { index: face, remapped: u_x } = self.faces.sample(u.x);
         let (axis, a, b) = (face / 2, (face / 2 + 1) % 3, (face / 2 + 2) % 3);
         let mut local = DVec3::ZERO;
         local[axis] = local_normal(face)[axis];
-        local[a] = 2.0 * along - 1.0;
+        local[a] = 2.0 * u_x - 1.0;
         local[b] = 2.0 * u.y - 1.0;
         ShapeSample { p: self.affine.point(local), n: self.normals[face], uv: uv(face, local), pdf: self.pdf }
     }
@@ -117,7 +118,7 @@ impl SolidModel for Cube {
     }
 
     fn span(&self, line: &Line) -> Option<Span> {
-        let found = CANONICAL.cross(&self.affine.ray(&line.ray))?;
-        Some(found.map(|(t, face)| Crossing::new(t, face as u32)))
+        let crossings = CANONICAL.cross(&self.affine.ray(&line.ray))?;
+        Some(crossings.map(|(t, face)| Crossing::new(t, face as u32)))
     }
 }

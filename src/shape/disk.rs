@@ -5,21 +5,23 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::{Hit, ShapeModel, ShapeSample, SolidModel, Surface, affine::Affine};
 use crate::{
     math::{Aabb, PerArea, Ray, warp},
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
 };
 
-/// The unit disc in the plane `z = 0` with normal +z, under any affine map an ellipse.
+/// The unit disc in the plane `z = 0` with normal +z, or an ellipse as its affine image. Texture coordinates are the radius
+/// and the azimuth divided by 2π.
 #[derive(Clone, Debug)]
 pub struct Disk {
     affine: Affine,
     n: DVec3,
-    /// Of points drawn from it.
+    /// The pdf of sampled points.
     pdf: PerArea,
 }
 
 impl Described for Disk {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("disk.rs": "Disk"),
         name: "disk",
         summary: "The unit disc in the plane z = 0, with normal +z.",
         params: &[super::TO_WORLD, super::FLIP_NORMALS],
@@ -37,19 +39,19 @@ impl Described for Disk {
     }
 }
 
-/// Radius and angle over its whole range.
-fn uv(at: DVec2) -> DVec2 {
-    let phi = at.y.atan2(at.x) / TAU;
-    DVec2::new(at.length(), if phi < 0.0 { phi + 1.0 } else { phi })
+/// The radius and the azimuth as a fraction of a turn.
+fn uv(p: DVec2) -> DVec2 {
+    let phi = p.y.atan2(p.x) / TAU;
+    DVec2::new(p.length(), if phi < 0.0 { phi + 1.0 } else { phi })
 }
 
 impl ShapeModel for Disk {
     fn bounds(&self) -> Aabb {
-        // An ellipse with half-axes a and b reaches sqrt(a² + b²) along each coordinate.
+        // The half extent of an ellipse with half-axes a and b is sqrt(a² + b²) in each coordinate.
         let axes = self.affine.to_world.matrix3;
-        let reach = (axes.x_axis * axes.x_axis + axes.y_axis * axes.y_axis).powf(0.5);
+        let half_extent = (axes.x_axis * axes.x_axis + axes.y_axis * axes.y_axis).powf(0.5);
         let centre = self.affine.to_world.translation;
-        Aabb { min: centre - reach, max: centre + reach }
+        Aabb { min: centre - half_extent, max: centre + half_extent }
     }
 
     fn intersect(&self, ray: &Ray) -> Option<Hit> {
@@ -58,18 +60,18 @@ impl ShapeModel for Disk {
         if !ray.contains(t) {
             return None;
         }
-        let at = local.at(t).truncate();
-        (at.length_squared() <= 1.0).then_some(Hit::new(t, 0, at))
+        let p = local.at(t).truncate();
+        (p.length_squared() <= 1.0).then_some(Hit::new(t, 0, p))
     }
 
     fn surface(&self, _ray: &Ray, hit: &Hit) -> Surface {
-        let at = hit.coordinates;
-        Surface::flat(self.affine.point(at.extend(0.0)), self.n, uv(at), 0)
+        let p = hit.coordinates;
+        Surface::flat(self.affine.point(p.extend(0.0)), self.n, uv(p), 0)
     }
 
     fn sample_position(&self, u: DVec2) -> ShapeSample<PerArea> {
-        let at = warp::square_to_disc(u);
-        ShapeSample { p: self.affine.point(at.extend(0.0)), n: self.n, uv: uv(at), pdf: self.pdf }
+        let p = warp::square_to_disc(u);
+        ShapeSample { p: self.affine.point(p.extend(0.0)), n: self.n, uv: uv(p), pdf: self.pdf }
     }
 
     fn pdf_position(&self, _surface: &Surface) -> PerArea {

@@ -1,7 +1,8 @@
-//! Shapes: the surfaces that rays meet and area lights emit from.
+//! Shapes: the surfaces that rays intersect and that area lights emit from.
 //!
-//! All results are in world space. A shape is an affine image of a canonical form (the unit sphere, the unit square, ...), so
-//! that every affine `to_world` is exact: a scaled sphere is an ellipsoid with the right normals.
+//! The methods of a shape take and return world space. A shape is an affine image of a canonical geometry (the unit
+//! sphere, the unit square, ...), so that every affine `to_world` is exact: a scaled sphere is an ellipsoid with exact
+//! normals.
 
 mod affine;
 pub mod bvh;
@@ -36,16 +37,17 @@ use crate::{
     scene_file::{Category, Document, ObjectId, Param, ParamKind, Params, SceneError, catalogue},
 };
 
-/// A point where a ray meets a shape.
+/// The intersection of a ray with a shape, as the shape identifies it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// The ray's parameter.
     pub t: f64,
-    /// The number of the face of a cube or of the triangle of a mesh, from 0; else 0.
+    /// The index of the face of a cube or of the triangle of a mesh.
     pub primitive: u32,
-    /// The number of the operand of a csg, counting all solids in it that are not csgs themselves; else 0.
+    /// The index of the operand of a csg. All operands of nested csgs are counted, except the csgs themselves.
     pub operand_index: u32,
-    /// The barycentric coordinates of the second and third corner of a triangle; unused for other shapes.
+    /// Coordinates on the primitive: for triangles the barycentric coordinates of the second and third corner, for
+    /// rectangles and disks the local x and y, else unused.
     pub coordinates: DVec2,
 }
 
@@ -57,25 +59,25 @@ impl Hit {
     }
 }
 
-/// A point of a surface.
+/// A point of a surface, with its normals and texture coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
     /// The position.
     pub p: DVec3,
-    /// The unit normal of the geometric surface.
+    /// The unit geometric normal.
     pub n: DVec3,
-    /// The frame that BSDFs work in; its normal is interpolated on smooth meshes, else it is `n`.
+    /// The shading frame, in which BSDFs are evaluated. Its normal is interpolated on smooth meshes, else it is `n`.
     pub shading: Frame,
-    /// Texture coordinates.
+    /// The texture coordinates.
     pub uv: DVec2,
-    /// The number of the face of a cube or of the triangle of a mesh.
+    /// The index of the face or triangle, as in [`Hit`].
     pub primitive: u32,
-    /// The number of the operand of a csg.
+    /// The index of the operand of a csg, as in [`Hit`].
     pub operand_index: u32,
 }
 
 impl Surface {
-    /// A point where the shading normal is the geometric one.
+    /// A point whose shading normal is the geometric normal.
     #[must_use]
     pub fn flat(p: DVec3, n: DVec3, uv: DVec2, primitive: u32) -> Self {
         Self { p, n, shading: Frame::from_normal(n), uv, primitive, operand_index: 0 }
@@ -88,147 +90,151 @@ impl Surface {
     }
 }
 
-/// A sampled point of a surface, with its density.
+/// A sampled point of a surface, with its pdf.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeSample<Density> {
     /// The position.
     pub p: DVec3,
     /// The unit normal.
     pub n: DVec3,
-    /// Texture coordinates.
+    /// The texture coordinates.
     pub uv: DVec2,
-    /// The density with which the point was sampled.
+    /// The pdf of the point, per area or per solid angle.
     pub pdf: Density,
 }
 
-/// The interface of all shapes. The direction of a ray may have any length but 0.
+/// The interface of shapes. Directions of rays need not have unit length.
 #[enum_dispatch]
 pub trait ShapeModel {
-    /// A box around the shape, in world space.
+    /// A bounding box of the shape.
     fn bounds(&self) -> Aabb;
 
     /// The first hit with `t_min < t < t_max`.
     fn intersect(&self, ray: &Ray) -> Option<Hit>;
 
-    /// The bounding volume hierarchy of a shape of many parts, whose blocks can be intersected one by one.
+    /// The hierarchy of a shape that has one of its own. Its blocks can be intersected one by one.
     fn hierarchy(&self) -> Option<&Bvh> {
         None
     }
 
-    /// The first hit with a block of the hierarchy; for a shape without one, with the whole shape. `shear` caches the ray's shear
-    /// for triangles.
+    /// The first hit with the primitives of a block of the hierarchy, or with the whole shape if it has no hierarchy.
+    /// `shear` caches the shear of the ray; the first mesh that needs it computes it.
     #[inline]
     fn intersect_block(&self, _block: u32, ray: &Ray, _shear: &mut Option<Shear>) -> Option<Hit> {
         self.intersect(ray)
     }
 
-    /// The surface at a hit of this ray.
+    /// The surface point at a hit of this ray.
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface;
 
-    /// The reason why it cannot be an area light, if it cannot. Its surface is then not sampled.
+    /// The reason why the shape cannot be an area light, or `None` if it can. Points are sampled only from shapes that can.
     fn not_an_emitter_because(&self) -> Option<&'static str> {
         None
     }
 
-    /// Samples a point of the surface of a shape that can be an area light.
+    /// Samples a point on the whole surface of a shape that can be an area light.
     fn sample_position(&self, _u: DVec2) -> ShapeSample<PerArea> {
-        unreachable!("no point is drawn from a shape that cannot shine")
+        unreachable!("only shapes that can be area lights are sampled")
     }
 
-    /// The density with which [`ShapeModel::sample_position`] samples a point.
+    /// The pdf with which [`ShapeModel::sample_position`] samples this surface point.
     fn pdf_position(&self, _surface: &Surface) -> PerArea {
-        unreachable!("no point is drawn from a shape that cannot shine")
+        unreachable!("only shapes that can be area lights are sampled")
     }
 
-    /// Samples a point to light `from` from, with its density per solid angle there; None if the surface is seen edge-on.
+    /// Samples a point of the surface for the illumination of the point `from`. `None` if the surface at the sampled point
+    /// is edge-on from there.
     fn sample_direction(&self, from: DVec3, u: DVec2) -> Option<ShapeSample<PerSolidAngle>> {
-        let drawn = self.sample_position(u);
-        let pdf = as_seen(drawn.pdf, from, drawn.p, drawn.n)?;
-        Some(ShapeSample { p: drawn.p, n: drawn.n, uv: drawn.uv, pdf })
+        let sample = self.sample_position(u);
+        let pdf = to_solid_angle(sample.pdf, from, sample.p, sample.n)?;
+        Some(ShapeSample { p: sample.p, n: sample.n, uv: sample.uv, pdf })
     }
 
-    /// The density with which [`ShapeModel::sample_direction`] draws a point.
+    /// The pdf with which [`ShapeModel::sample_direction`] samples this surface point from `from`.
     fn pdf_direction(&self, from: DVec3, surface: &Surface) -> PerSolidAngle {
-        as_seen(self.pdf_position(surface), from, surface.p, surface.n).unwrap_or(PerSolidAngle(0.0))
+        to_solid_angle(self.pdf_position(surface), from, surface.p, surface.n).unwrap_or(PerSolidAngle(0.0))
     }
 
-    /// The material of each operand of a csg, or of the whole shape; None where it has none of its own.
+    /// The BSDF of each operand of a csg, by operand index; `None` for an operand without a BSDF of its own. Other shapes
+    /// have the single entry `None`.
     fn materials(&self) -> &[Option<ObjectId>] {
         &[None]
     }
 
-    /// For a mesh, the distance in m from a point of its surface to the nearest edge of its triangle.
+    /// The world distance from a surface point of a mesh to the nearest edge of its triangle. `None` for other shapes.
     fn edge_distance(&self, _surface: &Surface) -> Option<f64> {
         None
     }
 
-    /// Whether its surface consists of numbered parallelograms.
+    /// Whether the surface consists of parallelograms, each of which is a primitive.
     fn is_polyhedron(&self) -> bool {
         false
     }
 
-    /// The corners, in order, of the parallelogram around a point of a surface that consists of such.
+    /// The corners, in order, of the parallelogram that contains a surface point. `None` if the surface is not made of
+    /// parallelograms.
     fn polygon(&self, _surface: &Surface) -> Option<[DVec3; 4]> {
         None
     }
 
-    /// The open edges of a mesh that does not enclose a solid.
+    /// The open edges of a mesh that does not enclose a solid, unless the mesh may be open.
     fn open_edges(&self) -> Option<OpenEdges> {
         None
     }
 
-    /// Whether its normals point inwards by default.
+    /// Whether the normals point inwards although `flip_normals` is false.
     fn is_inside_out(&self) -> bool {
         false
     }
 
-    /// The number of triangles without area that were left out when it was read.
+    /// The number of triangles of zero area that were left out when the shape was read.
     fn dropped(&self) -> usize {
         0
     }
 }
 
-/// What an operand of a csg answers about the solid that it encloses.
+/// The interface of the operands of a csg: the solid that a shape encloses.
 #[enum_dispatch]
 pub trait SolidModel: ShapeModel {
-    /// Makes sure that it can be an operand of a csg.
+    /// Checks that the shape can be an operand of a csg.
     ///
     /// # Errors
-    /// Why it encloses nothing.
+    /// The reason why the shape does not enclose a solid.
     fn check_solid(&self) -> Result<(), String> {
-        Err("it is a surface that encloses nothing".into())
+        Err("it is an open surface".into())
     }
 
-    /// Whether the solid that it encloses is convex, ends closed.
+    /// Whether the solid is convex and implements [`SolidModel::span`].
     fn is_convex(&self) -> bool {
         false
     }
 
-    /// Where a line enters and leaves the solid, if it is convex.
+    /// The span of a line in a convex solid.
     fn span(&self, _line: &Line) -> Option<Span> {
-        unreachable!("only convex solids answer with a single span")
+        unreachable!("only convex solids have a single span")
     }
 
-    /// Where a line enters and leaves the solid that it encloses.
+    /// The crossings of a line with the boundary of the solid.
     fn cross(&self, line: &Line) -> Crossings {
         self.span(line).into_iter().flatten().collect()
     }
 
-    /// The surface at a crossing, with a normal that points out of the solid.
+    /// The surface point at a crossing, with a normal that points out of the solid.
     fn solid_surface(&self, ray: &Ray, hit: &Hit) -> Surface {
         self.surface(ray, hit)
     }
 }
 
-fn as_seen(pdf: PerArea, from: DVec3, p: DVec3, n: DVec3) -> Option<PerSolidAngle> {
-    let way = p - from;
-    let distance_squared = way.length_squared();
-    pdf.to_solid_angle(n.dot(way) / distance_squared.sqrt(), distance_squared)
+/// The density per solid angle at `from` of a density per area at the surface point `p` with unit normal `n`.
+fn to_solid_angle(pdf: PerArea, from: DVec3, p: DVec3, n: DVec3) -> Option<PerSolidAngle> {
+    let offset = p - from;
+    let distance_squared = offset.length_squared();
+    pdf.to_solid_angle(n.dot(offset) / distance_squared.sqrt(), distance_squared)
 }
 
-catalogue! {
-    /// The geometry of a shape, without material and emitter.
-    pub enum Geometry: ShapeModel + SolidModel in Category::Shape, {
+catalogue! { ($)
+    /// The geometry of a shape, without its BSDF and its `flip_normals`.
+    pub enum Geometry: ShapeModel + SolidModel in Category::Shape, each_geometry {
         /// A sphere or an ellipsoid.
         Sphere(EllipsoidShape<Sphere>),
         /// An ellipsoid.
@@ -249,7 +255,7 @@ catalogue! {
         Paraboloid(quadric::Clipped<quadric::Paraboloid>),
         /// An open hyperboloid of one sheet or two.
         Hyperboloid(quadric::Clipped<quadric::Hyperboloid>),
-        /// Any quadric in a box.
+        /// The part of any quadric in a box.
         Quadric(quadric::Clipped<quadric::General>),
         /// One triangle.
         Triangle(mesh::Mesh<mesh::Triangle>),
@@ -261,18 +267,30 @@ catalogue! {
         Kcply(mesh::Mesh<mesh::Kcply>),
         /// Triangles from arrays.
         Mesh(mesh::Mesh<mesh::Arrays>),
-        /// Union, intersection and difference.
+        /// A union, intersection or difference of solids.
         Csg(Csg),
     }
 }
 
-/// Parameters that every shape has.
-const TO_WORLD: Param =
-    Param::optional("to_world", ParamKind::Transform, "the identity", "from the shape's space to the world's");
-const FLIP_NORMALS: Param =
-    Param::new("flip_normals", ParamKind::Boolean, "false", "whether its normals point the other way");
+/// Answers of the traits that are asked for all along a ray: by these names they are inlined, kind by kind.
+impl Geometry {
+    #[inline(always)]
+    fn intersect_block(&self, block: u32, ray: &Ray, shear: &mut Option<Shear>) -> Option<Hit> {
+        each_geometry!(self, geometry => geometry.intersect_block(block, ray, shear))
+    }
 
-/// A geometry, and the direction of its normals.
+    #[inline(always)]
+    fn span(&self, line: &Line) -> Option<Span> {
+        each_geometry!(self, geometry => geometry.span(line))
+    }
+}
+
+// The parameters that every shape has.
+const TO_WORLD: Param =
+    Param::optional("to_world", ParamKind::Transform, "the identity", "transform from shape space to world space");
+const FLIP_NORMALS: Param = Param::new("flip_normals", ParamKind::Boolean, "false", "whether to reverse the normals");
+
+/// A geometry and the orientation of its normals.
 #[derive(Clone, Debug)]
 pub struct Shape {
     geometry: Geometry,
@@ -280,20 +298,20 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// Reads the parameters of a shape. The caller reads the bsdf and the emitter in it.
+    /// Reads the parameters of a shape element. The caller reads its BSDF and its emitter.
     ///
     /// # Errors
-    /// If a parameter is wrong or its file cannot be read.
+    /// A parameter is wrong, or a file cannot be read.
     pub fn read_from(params: &Params<'_>) -> Result<Self, SceneError> {
         let geometry = Geometry::read_from(params)?;
         let flipped = params.boolean(FLIP_NORMALS.name)? ^ geometry.is_inside_out();
         Ok(Self { geometry, flipped })
     }
 
-    /// The view of a shape object.
+    /// The parameters of a shape element.
     ///
     /// # Errors
-    /// If no shape has its name.
+    /// The object is not a shape, or no shape plugin has its name.
     pub fn params(document: &Document, id: ObjectId) -> Result<Params<'_>, SceneError> {
         Geometry::params(document, id)
     }
@@ -303,8 +321,8 @@ impl Shape {
     }
 }
 
-/// Turns normals around if it is flipped, and else answers as its geometry does. Every method is written out, so that a new
-/// one is not answered by its default.
+/// Forwards to the geometry and reverses its normals if `flipped`. Every method is written out, because the default of a
+/// new method would be wrong.
 #[deny(clippy::missing_trait_methods)]
 impl ShapeModel for Shape {
     fn bounds(&self) -> Aabb {
@@ -336,8 +354,8 @@ impl ShapeModel for Shape {
     }
 
     fn sample_position(&self, u: DVec2) -> ShapeSample<PerArea> {
-        let drawn = self.geometry.sample_position(u);
-        ShapeSample { n: self.outward(drawn.n), ..drawn }
+        let sample = self.geometry.sample_position(u);
+        ShapeSample { n: self.outward(sample.n), ..sample }
     }
 
     fn pdf_position(&self, surface: &Surface) -> PerArea {
@@ -346,8 +364,8 @@ impl ShapeModel for Shape {
 
     #[inline]
     fn sample_direction(&self, from: DVec3, u: DVec2) -> Option<ShapeSample<PerSolidAngle>> {
-        let drawn = self.geometry.sample_direction(from, u)?;
-        Some(ShapeSample { n: self.outward(drawn.n), ..drawn })
+        let sample = self.geometry.sample_direction(from, u)?;
+        Some(ShapeSample { n: self.outward(sample.n), ..sample })
     }
 
     #[inline]

@@ -3,11 +3,11 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::{Crossing, Hit, Line, ShapeModel, SolidModel, Span, Surface, affine::Affine};
 use crate::{
     math::{Aabb, Ray},
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
 };
 
-/// The infinite plane `z = 0` with normal +z, and as an operand of a csg the half-space below it. Texture coordinates are
-/// x and y.
+/// The infinite plane `z = 0` with normal +z. As an operand of a csg it is the half-space below the plane. Texture
+/// coordinates are the local x and y.
 #[derive(Clone, Debug)]
 pub struct Plane {
     affine: Affine,
@@ -17,6 +17,7 @@ pub struct Plane {
 impl Described for Plane {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("plane.rs": "Plane"),
         name: "plane",
         summary: "The infinite plane z = 0, with normal +z; in a csg, the half-space below it.",
         params: &[super::TO_WORLD, super::FLIP_NORMALS],
@@ -47,12 +48,12 @@ impl ShapeModel for Plane {
     }
 
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
-        let at = self.affine.ray(ray).at(hit.t).truncate();
-        Surface::flat(self.affine.point(at.extend(0.0)), self.n, at, 0)
+        let p = self.affine.ray(ray).at(hit.t).truncate();
+        Surface::flat(self.affine.point(p.extend(0.0)), self.n, p, 0)
     }
 
     fn not_an_emitter_because(&self) -> Option<&'static str> {
-        Some("its area is infinite; a rectangle can shine")
+        Some("its area is infinite; use a rectangle")
     }
 }
 
@@ -67,15 +68,15 @@ impl SolidModel for Plane {
 
     fn span(&self, line: &Line) -> Option<Span> {
         let local = self.affine.ray(&line.ray);
-        let (height, rise) = (local.origin.z, local.direction.z);
-        let on = |t: f64| Crossing::new(t, 0);
-        let (before, beyond) = (on(f64::NEG_INFINITY), on(f64::INFINITY));
-        if rise > 0.0 {
-            Some([before, on(-height / rise)])
-        } else if rise < 0.0 {
-            Some([on(-height / rise), beyond])
+        let (height, slope) = (local.origin.z, local.direction.z);
+        let crossing = |t: f64| Crossing::new(t, 0);
+        let (start, end) = (crossing(f64::NEG_INFINITY), crossing(f64::INFINITY));
+        if slope > 0.0 {
+            Some([start, crossing(-height / slope)])
+        } else if slope < 0.0 {
+            Some([crossing(-height / slope), end])
         } else {
-            (height < 0.0).then_some([before, beyond])
+            (height < 0.0).then_some([start, end])
         }
     }
 }

@@ -3,23 +3,25 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::{Hit, ShapeModel, ShapeSample, SolidModel, Surface, affine::Affine};
 use crate::{
     math::{Aabb, PerArea, Ray},
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
 };
 
-/// The square `|x|, |y| <= 1` in the plane `z = 0` with normal +z, under any affine map a parallelogram.
+/// The square `|x|, |y| <= 1` in the plane `z = 0` with normal +z, or a parallelogram as its affine image. Texture
+/// coordinates run from 0 to 1 along x and y.
 #[derive(Clone, Debug)]
 pub struct Rectangle {
     affine: Affine,
     n: DVec3,
-    /// Of points drawn from it.
+    /// The pdf of sampled points.
     pdf: PerArea,
 }
 
 impl Described for Rectangle {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("rectangle.rs": "Rectangle"),
         name: "rectangle",
-        summary: "The square from -1 to 1 in x and y, with normal +z.",
+        summary: "The square from -1 to 1 in x and y in the plane z = 0, with normal +z.",
         params: &[super::TO_WORLD, super::FLIP_NORMALS],
         examples: &[
             r#"<shape type="rectangle"/>"#,
@@ -48,13 +50,13 @@ impl ShapeModel for Rectangle {
         if !ray.contains(t) {
             return None;
         }
-        let at = local.at(t).truncate();
-        at.abs().cmple(DVec2::ONE).all().then_some(Hit::new(t, 0, at))
+        let p = local.at(t).truncate();
+        p.abs().cmple(DVec2::ONE).all().then_some(Hit::new(t, 0, p))
     }
 
     fn surface(&self, _ray: &Ray, hit: &Hit) -> Surface {
-        let at = hit.coordinates;
-        Surface::flat(self.affine.point(at.extend(0.0)), self.n, 0.5 * (at + 1.0), 0)
+        let p = hit.coordinates;
+        Surface::flat(self.affine.point(p.extend(0.0)), self.n, 0.5 * (p + 1.0), 0)
     }
 
     fn is_polyhedron(&self) -> bool {

@@ -7,18 +7,18 @@ use super::{
 };
 use crate::math::{Aabb, Ray};
 
-/// Shapes with a hierarchy over all their parts.
+/// The shapes of a scene, with one hierarchy over all their primitives.
 #[derive(Debug)]
 pub struct Shapes {
     shapes: Vec<Shape>,
-    /// Over those of finite size.
+    /// The hierarchy over the shapes of finite size.
     forest: Forest,
-    /// The others, which no box can cull.
+    /// The indices of the infinite shapes, which boxes cannot cull.
     unbounded: Vec<usize>,
 }
 
 impl Shapes {
-    /// These shapes, each known by its place in the list.
+    /// Builds the hierarchy. A shape is identified by its index in `shapes`.
     #[must_use]
     pub fn new(shapes: Vec<Shape>) -> Self {
         let is_unbounded = |bounds: &Aabb| !(bounds.is_empty() || bounds.min.is_finite() && bounds.max.is_finite());
@@ -29,7 +29,7 @@ impl Shapes {
         Self { shapes, forest, unbounded }
     }
 
-    /// The first hit of a ray, and of which shape.
+    /// The first hit of a ray, with the index of the shape.
     #[inline]
     #[must_use]
     pub fn intersect(&self, ray: &Ray) -> Option<(usize, Hit)> {
@@ -49,7 +49,7 @@ impl Shapes {
         nearest.found
     }
 
-    /// A box around those of finite size; of a single point if there are none.
+    /// The bounding box of the shapes of finite size. It is the single point 0 if there are none.
     #[must_use]
     pub fn finite_bounds(&self) -> Aabb {
         let finite = (0..self.shapes.len()).filter(|shape| !self.unbounded.contains(shape));
@@ -57,13 +57,13 @@ impl Shapes {
         if bounds.is_empty() { Aabb { min: DVec3::ZERO, max: DVec3::ZERO } } else { bounds }
     }
 
-    /// Whether any of them has no end.
+    /// Whether any of the shapes is infinite.
     #[must_use]
     pub fn is_unbounded(&self) -> bool {
         !self.unbounded.is_empty()
     }
 
-    /// Whether there is any such hit.
+    /// Whether the ray hits any of the shapes.
     #[inline]
     #[must_use]
     pub fn occlude(&self, ray: &Ray) -> bool {
@@ -81,7 +81,7 @@ impl std::ops::Index<usize> for Shapes {
     }
 }
 
-/// The nearest hit of one ray so far, and of which shape.
+/// The nearest hit of one ray so far, with the index of the shape.
 struct Nearest<'s> {
     shapes: &'s [Shape],
     shear: Option<Shear>,
@@ -90,9 +90,9 @@ struct Nearest<'s> {
 
 impl Test<Leaf> for &mut Nearest<'_> {
     #[inline(always)]
-    fn test(&mut self, operand_index: Leaf, ray: &Ray) -> Option<f64> {
-        let shape = operand_index.primitive as usize;
-        let hit = self.shapes[shape].intersect_block(operand_index.block, ray, &mut self.shear)?;
+    fn test(&mut self, leaf: Leaf, ray: &Ray) -> Option<f64> {
+        let shape = leaf.primitive as usize;
+        let hit = self.shapes[shape].intersect_block(leaf.block, ray, &mut self.shear)?;
         self.found = Some((shape, hit));
         Some(hit.t)
     }

@@ -1,13 +1,13 @@
-//! What constructive solid geometry works with: where a line enters and leaves a solid.
+//! The crossings of a line with solids, on which constructive solid geometry is built.
 //!
-//! A solid answers with intervals, not with a first hit, so that union, intersection and difference are algebra on
-//! sorted lists. Roth 1982, "Ray Casting for Modeling Solids", Computer Graphics and Image Processing 18(2).
+//! A solid returns the intervals of a line, not its first hit, so that union, intersection and difference are operations
+//! on sorted lists. Roth 1982, "Ray Casting for Modeling Solids", Computer Graphics and Image Processing 18(2).
 //!
-//! **Faces that coincide or touch.** What is thinner than the distance by which rays leave surfaces (some 1e-9 of the
-//! coordinates) does not exist: crossings of one line that are closer together happen at once, and only what is
-//! different behind all of them counts. So no gap is left between solids that share a face, no skin where one is cut
-//! away up to the face of another, and two solids that touch stay apart. Where the faces of two operands coincide on
-//! the surface of the result, it is that of the first operand.
+//! **Faces that coincide or touch.** Details thinner than the offset of spawned rays (about 1e-9 of the coordinates)
+//! vanish: crossings of a line that are closer together are treated as simultaneous, and only the difference between the
+//! states before and after all of them counts. Hence solids that share a face have no gap between them, subtracting a
+//! solid up to the face of another leaves no skin, and two solids that touch do not overlap. Where the faces of two
+//! operands coincide on the surface of the result, the surface is that of the first operand.
 
 use glam::DVec2;
 use smallvec::SmallVec;
@@ -15,19 +15,19 @@ use smallvec::SmallVec;
 use super::Hit;
 use crate::math::Ray;
 
-/// Where a line enters or leaves a solid.
+/// A point at which a line enters or leaves a solid.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Crossing {
     /// The parameter of the line.
     pub t: f64,
-    /// Which face or triangle, as in [`Hit`].
+    /// The index of the face or triangle, as in [`Hit`].
     pub primitive: u32,
-    /// Which operand of a csg, as in [`Hit`].
+    /// The index of the operand of a csg, as in [`Hit`].
     pub operand_index: u32,
 }
 
 impl Crossing {
-    /// A crossing of a solid that is no csg.
+    /// A crossing with a solid that is not a csg.
     #[must_use]
     pub fn new(t: f64, primitive: u32) -> Self {
         Self { t, primitive, operand_index: 0 }
@@ -40,42 +40,42 @@ impl From<Crossing> for Hit {
     }
 }
 
-/// Where a line enters a solid and leaves it, in turn: an even number, in order. It may enter at minus infinity and
-/// leave at infinity.
+/// All crossings of a line with a solid, sorted by parameter. Their number is even, and they alternate between entering and
+/// leaving. The first may be at minus infinity, the last at infinity.
 pub type Crossings = SmallVec<[Crossing; 4]>;
 
-/// Where a line enters and leaves a convex solid.
+/// The two crossings of a line with a convex solid: it enters at the first and leaves at the second.
 pub type Span = [Crossing; 2];
 
-/// A whole line, in the space of a solid, with the same parameter as in the world.
+/// An infinite line in the space of a solid, with the same parameter as in the world.
 #[derive(Clone, Copy, Debug)]
 pub struct Line {
-    /// The line in the solid's space; all of it counts.
+    /// The line in the solid's space, with infinite `t_min` and `t_max`.
     pub ray: Ray,
-    /// The distance by which rays leave surfaces at its origin in the world, as a step of the parameter.
+    /// The offset of rays that are spawned at the line's origin in the world, as an interval of the parameter.
     margin: f64,
 }
 
 impl Line {
-    /// The line of a ray of the world.
+    /// The line of a ray in world space.
     #[inline]
     #[must_use]
     pub fn new(ray: &Ray) -> Self {
         let whole = Ray { t_min: f64::NEG_INFINITY, t_max: f64::INFINITY, ..*ray };
-        // The greatest component of the direction stands for its length, which is at most √3 times as great.
+        // The greatest component of the direction approximates its length, which is at most √3 times as great.
         Self { ray: whole, margin: Ray::leaving_distance(ray.origin) / ray.direction.abs().max_element() }
     }
 
-    /// The same line in a space within this one.
+    /// The same line in a nested space, where its ray is `ray`.
     #[inline]
     #[must_use]
     pub fn within(&self, ray: Ray) -> Self {
         Self { ray, ..*self }
     }
 
-    /// The step of the parameter below which a crossing beyond `t` happens at once with one at `t`: no less than rays leave
-    /// surfaces by there, since no coordinate grows faster than the greatest component of the direction says. None at
-    /// infinity.
+    /// The interval of the parameter after `t` within which crossings are simultaneous with a crossing at `t`. It is at
+    /// least the offset of rays spawned there, since no coordinate changes faster than the greatest component of the
+    /// direction. It is 0 if `t` is infinite.
     #[inline]
     #[must_use]
     pub fn margin(&self, t: f64) -> f64 {
@@ -83,22 +83,22 @@ impl Line {
     }
 }
 
-/// What a solid is made of two others by.
+/// A set operation on two solids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Operation {
-    /// What is in either.
+    /// The points in either solid.
     Union,
-    /// What is in both.
+    /// The points in both solids.
     Intersection,
-    /// What is in the first but not in the second.
+    /// The points in the first solid but not in the second.
     Difference,
 }
 
 impl Operation {
-    /// Whether a point is in the result.
+    /// Whether a point is in the result, given whether it is in the first and in the second operand.
     #[inline]
     #[must_use]
-    pub fn holds(self, first: bool, second: bool) -> bool {
+    pub fn contains(self, first: bool, second: bool) -> bool {
         match self {
             Self::Union => first || second,
             Self::Intersection => first && second,
@@ -107,8 +107,8 @@ impl Operation {
     }
 }
 
-/// Finds the crossings of a line with the result of an operation, in order, from those with both operands, until `visit`
-/// says that it has enough.
+/// Visits the crossings of a line with the result of an operation, in order, until `visit` returns true. `first` and
+/// `second` are the crossings with the two operands.
 #[inline]
 pub(super) fn combine(
     operation: Operation,
@@ -119,30 +119,30 @@ pub(super) fn combine(
 ) {
     let at = |crossings: &[Crossing], i: usize| crossings.get(i).map_or(f64::INFINITY, |crossing| crossing.t);
     let (mut i, mut j) = (0, 0);
-    let mut inside = false;
+    let mut was_inside = false;
     while i < first.len() || j < second.len() {
         let t = at(first, i).min(at(second, j));
         let end = t + line.margin(t);
-        let before = i;
+        let i_before = i;
         while i < first.len() && first[i].t <= end {
             i += 1;
         }
         while j < second.len() && second[j].t <= end {
             j += 1;
         }
-        let now = operation.holds(i % 2 == 1, j % 2 == 1);
-        if now != inside {
-            // The last crossing of an operand of which the line has changed sides: of the first, if it is one.
-            let crossing = if (i - before) % 2 == 1 { first[i - 1] } else { second[j - 1] };
+        let is_inside = operation.contains(i % 2 == 1, j % 2 == 1);
+        if is_inside != was_inside {
+            // The last crossing with an operand that the line has entered or left, preferably the first operand.
+            let crossing = if (i - i_before) % 2 == 1 { first[i - 1] } else { second[j - 1] };
             if visit(crossing) {
                 return;
             }
-            inside = now;
+            was_inside = is_inside;
         }
     }
 }
 
-/// As [`combine`], for two convex solids: without loops, and without branches where they are hardly predictable.
+/// [`combine`] for two convex solids: without loops, and without branches that are hard to predict.
 #[inline(always)]
 pub(super) fn combine_spans(
     operation: Operation,
@@ -161,7 +161,7 @@ pub(super) fn combine_spans(
         return;
     };
     let is_before = |one: Crossing, other: Crossing| one.t + line.margin(one.t) < other.t;
-    // An index, not a branch.
+    // Indexing instead of a branch.
     let pick = |other: bool, end: usize| [a[end], b[end]][usize::from(other)];
     match operation {
         Operation::Intersection => {
@@ -205,7 +205,7 @@ mod tests {
     }
 
     proptest! {
-        /// Ends at whole numbers, so that many coincide, some but for rounding, and half-spaces.
+        /// Integer ends, so that many coincide, exactly or up to rounding; some spans are half-spaces.
         #[test]
         fn spans_combine_as_lists_do(
             first in prop::option::of((-8..7_i32, 2..9_i32)),
@@ -235,9 +235,9 @@ mod tests {
         }
     }
 
-    /// As of a plane that rounding has kept from being parallel to the line.
+    /// Such a crossing comes from a plane that is parallel to the line up to rounding.
     #[test]
-    fn a_crossing_far_away_does_not_blur_the_others() {
+    fn a_distant_crossing_does_not_widen_the_margin_of_others() {
         assert_eq!(combined(Operation::Intersection, &[1.0, 2.0], &[-INF, 1e16]), [(1.0, 0), (2.0, 0)]);
         let line = Line::new(&Ray::new(DVec3::ZERO, DVec3::X));
         let span = |from: f64, to: f64| Some([Crossing::new(from, 0), Crossing::new(to, 0)]);
@@ -252,7 +252,7 @@ mod tests {
     const INF: f64 = f64::INFINITY;
 
     #[test]
-    fn intervals_that_overlap() {
+    fn overlapping_intervals_are_combined() {
         assert_eq!(combined(Operation::Union, &[1.0, 3.0], &[2.0, 4.0]), [(1.0, 0), (4.0, 1)]);
         assert_eq!(combined(Operation::Intersection, &[1.0, 3.0], &[2.0, 4.0]), [(2.0, 1), (3.0, 0)]);
         assert_eq!(combined(Operation::Difference, &[1.0, 3.0], &[2.0, 4.0]), [(1.0, 0), (2.0, 1)]);
@@ -261,14 +261,14 @@ mod tests {
     }
 
     #[test]
-    fn half_spaces_reach_to_infinity() {
+    fn half_spaces_extend_to_infinity() {
         assert_eq!(combined(Operation::Intersection, &[-INF, 2.0], &[1.0, INF]), [(1.0, 1), (2.0, 0)]);
         assert_eq!(combined(Operation::Union, &[-INF, 2.0], &[1.0, INF]), [(-INF, 0), (INF, 1)]);
         let without = combined(Operation::Difference, &[-INF, INF], &[1.0, 2.0]);
         assert_eq!(without, [(-INF, 0), (1.0, 1), (2.0, 1), (INF, 0)]);
     }
 
-    /// Rounding puts what is meant to coincide on either side.
+    /// Rounding may put coincident faces in either order.
     #[test]
     fn coincident_faces_leave_neither_gap_nor_skin() {
         for error in [-1e-12, 0.0, 1e-12] {
@@ -276,13 +276,13 @@ mod tests {
             assert_eq!(combined(Operation::Intersection, &[1.0, 2.0], &[2.0 + error, 3.0]), []);
             assert_eq!(combined(Operation::Difference, &[1.0, 2.0], &[1.0 + error, 2.0 - error]), []);
             assert_eq!(combined(Operation::Difference, &[1.0, 3.0], &[2.0, 3.0 + error]), [(1.0, 0), (2.0, 1)]);
-            // A face of the result that both operands have is the first one's.
+            // A face that both operands share belongs to the first.
             assert_eq!(combined(Operation::Union, &[1.0, 2.0], &[1.0 + error, 3.0]), [(1.0, 0), (3.0, 1)]);
         }
     }
 
     #[test]
-    fn the_margin_is_a_distance_in_the_world() {
+    fn the_margin_is_a_world_distance() {
         let ray = Ray::new(DVec3::new(3.0, -7.0, 5.0), 1e6 * DVec3::X);
         assert_eq!(Line::new(&ray).margin(INF), 0.0);
         for t in [0.0, 1e-6, -3e-5] {

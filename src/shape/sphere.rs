@@ -9,51 +9,54 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::{Crossing, Hit, Line, ShapeModel, ShapeSample, SolidModel, Span, Surface, affine::Affine};
 use crate::{
     math::{Aabb, Frame, PerArea, PerSolidAngle, Ray, warp},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
 };
 
-/// A sphere, or after a transform that is not a similarity, the ellipsoid that it becomes. (Mitsuba warns there and
-/// renders a wrong sphere; its exact stand-in is an `instance` of a `shapegroup`.)
+/// A sphere, or an ellipsoid as its affine image. (If the transform is not a similarity, Mitsuba warns and renders a wrong
+/// sphere; the exact equivalent in Mitsuba is an `instance` of a `shapegroup`.) Texture coordinates are the azimuth divided
+/// by 2π and the polar angle divided by π.
 ///
-/// As a light it is drawn by the solid angle of its visible cap, so that the estimate of an unoccluded, uniform
-/// spherical light has no variance but that of the receiver's cosine; from inside, and as an ellipsoid, by area.
+/// A spherical area light is sampled uniformly in the solid angle of its visible cap, so that the only variance of the
+/// estimate of an unoccluded, uniform light is that of the receiver's cosine. Ellipsoids, and spheres from inside, are
+/// sampled uniformly on the area of the canonical sphere.
 #[derive(Clone, Debug)]
 pub struct EllipsoidShape<K> {
     affine: Affine,
-    /// The radius in the world, if it is a sphere there.
+    /// The world-space radius, or `None` for an ellipsoid.
     radius: Option<f64>,
     kind: PhantomData<K>,
 }
 
-/// Ways to describe a spheroid in a scene file.
+/// A plugin that describes an ellipsoid in a scene file.
 pub trait EllipsoidKind: Clone + Debug {
     /// The manual page.
     const PLUGIN: Plugin;
 
-    /// Whether a mirrored `to_world` turns it inside out.
-    const TURNS_IN_MIRRORS: bool;
+    /// Whether a reflection in `to_world` reverses the normals.
+    const FLIPS_WHEN_MIRRORED: bool;
 
-    /// The three radii in the shape's space.
+    /// The three radii in shape space.
     ///
     /// # Errors
-    /// If one is wrong.
+    /// A radius is wrong.
     fn radii(params: &Params<'_>) -> Result<DVec3, SceneError>;
 }
 
 const CENTER: Param = Param::new("center", ParamKind::Point, "0, 0, 0", "the centre");
 
-/// By one radius.
+/// The plugin `sphere`, with one radius.
 #[derive(Clone, Debug)]
 pub struct Sphere;
 
 impl EllipsoidKind for Sphere {
-    /// As in Mitsuba, whose other shapes keep their normals.
-    const TURNS_IN_MIRRORS: bool = true;
+    /// As in Mitsuba, where a reflection reverses the normals of spheres but not those of other shapes.
+    const FLIPS_WHEN_MIRRORED: bool = true;
 
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("sphere.rs": "EllipsoidShape", "Sphere"),
         name: "sphere",
-        summary: "A sphere; an exact ellipsoid under any other affine map.",
+        summary: "A sphere; under an affine transform that is not a similarity, an exact ellipsoid.",
         params: &[
             CENTER,
             Param::new("radius", ParamKind::Float, "1", "the radius").within(Range::POSITIVE),
@@ -80,20 +83,21 @@ impl EllipsoidKind for Sphere {
     }
 }
 
-/// By three radii.
+/// The plugin `ellipsoid`, with three radii.
 #[derive(Clone, Debug)]
 pub struct Ellipsoid;
 
 impl EllipsoidKind for Ellipsoid {
-    const TURNS_IN_MIRRORS: bool = false;
+    const FLIPS_WHEN_MIRRORED: bool = false;
 
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("sphere.rs": "EllipsoidShape", "Ellipsoid"),
         name: "ellipsoid",
-        summary: "An ellipsoid whose axes are those of its space.",
+        summary: "An ellipsoid with axes along x, y and z of its shape space.",
         params: &[
             CENTER,
-            Param::new("radii", ParamKind::Point, "1, 1, 1", "half the axes along x, y and z").within(Range::POSITIVE),
+            Param::new("radii", ParamKind::Point, "1, 1, 1", "the semi-axes along x, y and z").within(Range::POSITIVE),
             super::TO_WORLD,
             super::FLIP_NORMALS,
         ],
@@ -132,13 +136,13 @@ impl<K> EllipsoidShape<K> {
         Self { radius: is_similarity.then(|| squared.sqrt()), affine, kind: PhantomData }
     }
 
-    /// Where the line of a ray meets it, in order.
+    /// The parameters at which the line of a ray intersects the ellipsoid, in order.
     #[inline(always)]
     fn roots(&self, ray: &Ray) -> Option<[f64; 2]> {
         let Ray { origin: o, direction: d, .. } = self.affine.ray(ray);
-        // Half the chord through the point of the line that is nearest to the centre, which loses no digits when the
-        // origin is far away. Hearn and Baker; Haines et al. 2019, "Precision Improvements for Ray/Sphere Intersection",
-        // Ray Tracing Gems, chapter 7.
+        // Half the chord follows from the point of the line that is nearest to the centre, which stays accurate for distant
+        // origins. Hearn and Baker; Haines et al. 2019, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing
+        // Gems, chapter 7.
         let inverse = d.length_squared().recip();
         let middle = -o.dot(d) * inverse;
         let inside = 1.0 - (o + middle * d).length_squared();
@@ -153,36 +157,40 @@ impl<K> EllipsoidShape<K> {
         self.affine.to_world.translation
     }
 
-    /// One minus the cosine of the angle under which the sphere is seen, where it is a sphere seen from outside.
-    fn cap(&self, from: DVec3) -> Option<Cap> {
+    /// The cone of directions from a point outside to the sphere. `None` for ellipsoids and for points inside.
+    fn cone(&self, from: DVec3) -> Option<SubtendedCone> {
         let radius = self.radius?;
-        let way = self.centre() - from;
-        let sin_squared = radius * radius / way.length_squared();
-        // Close to the surface the cap is nearly the hemisphere, and area sampling is as good.
+        let to_centre = self.centre() - from;
+        let sin_squared = radius * radius / to_centre.length_squared();
+        // Close to the surface the cone is nearly a hemisphere, and area sampling is as good.
         if sin_squared >= 1.0 - 1e-9 {
             return None;
         }
-        Some(Cap { way, radius, sin_squared, one_minus_cos: sin_squared / (1.0 + (1.0 - sin_squared).sqrt()) })
+        let one_minus_cos = sin_squared / (1.0 + (1.0 - sin_squared).sqrt());
+        Some(SubtendedCone { to_centre, radius, sin_squared, one_minus_cos })
     }
 
-    fn drawn<D>(&self, local: DVec3, pdf: D) -> ShapeSample<D> {
+    fn sample<D>(&self, local: DVec3, pdf: D) -> ShapeSample<D> {
         ShapeSample { p: self.affine.point(local), n: self.affine.normal(local), uv: uv(local), pdf }
     }
 }
 
-struct Cap {
-    way: DVec3,
+/// The cone of directions in which a sphere is visible from a point.
+struct SubtendedCone {
+    to_centre: DVec3,
     radius: f64,
+    /// The squared sine of the half-angle.
     sin_squared: f64,
+    /// One minus the cosine of the half-angle.
     one_minus_cos: f64,
 }
 
 impl<K: EllipsoidKind> ShapeModel for EllipsoidShape<K> {
     fn bounds(&self) -> Aabb {
-        // The image of the unit ball reaches as far along an axis as that row of the matrix is long.
+        // The half extent of the unit sphere's image along an axis is the length of that row of the matrix.
         let rows = self.affine.to_world.matrix3.transpose();
-        let reach = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length());
-        Aabb { min: self.centre() - reach, max: self.centre() + reach }
+        let half_extent = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length());
+        Aabb { min: self.centre() - half_extent, max: self.centre() + half_extent }
     }
 
     fn intersect(&self, ray: &Ray) -> Option<Hit> {
@@ -192,7 +200,7 @@ impl<K: EllipsoidKind> ShapeModel for EllipsoidShape<K> {
     }
 
     fn is_inside_out(&self) -> bool {
-        K::TURNS_IN_MIRRORS && self.affine.to_world.matrix3.determinant() < 0.0
+        K::FLIPS_WHEN_MIRRORED && self.affine.to_world.matrix3.determinant() < 0.0
     }
 
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
@@ -203,37 +211,37 @@ impl<K: EllipsoidKind> ShapeModel for EllipsoidShape<K> {
 
     fn sample_position(&self, u: DVec2) -> ShapeSample<PerArea> {
         let local = warp::square_to_sphere(u);
-        self.drawn(local, self.affine.pdf(PerArea(warp::SPHERE_DENSITY), local))
+        self.sample(local, self.affine.pdf(PerArea(warp::SQUARE_TO_SPHERE_PDF), local))
     }
 
     fn pdf_position(&self, surface: &Surface) -> PerArea {
         let local = self.affine.to_local.transform_point3(surface.p).normalize();
-        self.affine.pdf(PerArea(warp::SPHERE_DENSITY), local)
+        self.affine.pdf(PerArea(warp::SQUARE_TO_SPHERE_PDF), local)
     }
 
     fn sample_direction(&self, from: DVec3, u: DVec2) -> Option<ShapeSample<PerSolidAngle>> {
-        let Some(cap) = self.cap(from) else {
-            let drawn = self.sample_position(u);
-            let pdf = super::as_seen(drawn.pdf, from, drawn.p, drawn.n)?;
-            return Some(ShapeSample { p: drawn.p, n: drawn.n, uv: drawn.uv, pdf });
+        let Some(cone) = self.cone(from) else {
+            let sample = self.sample_position(u);
+            let pdf = super::to_solid_angle(sample.pdf, from, sample.p, sample.n)?;
+            return Some(ShapeSample { p: sample.p, n: sample.n, uv: sample.uv, pdf });
         };
-        let distance = cap.way.length();
-        let local = warp::square_to_cone(u, cap.one_minus_cos);
-        let direction = Frame::from_normal(cap.way / distance).to_world(local);
-        // Where that direction meets the sphere first; at the rim the root may round below zero.
+        let distance = cone.to_centre.length();
+        let local = warp::square_to_cone(u, cone.one_minus_cos);
+        let direction = Frame::from_normal(cone.to_centre / distance).to_world(local);
+        // The first intersection in that direction. At the rim the squared half chord may round below zero.
         let sin_squared = 1.0 - local.z * local.z;
-        let half_chord = (cap.sin_squared - sin_squared).max(0.0).sqrt() * distance;
+        let half_chord = (cone.sin_squared - sin_squared).max(0.0).sqrt() * distance;
         let p = from + (local.z * distance - half_chord) * direction;
-        let n = (p - self.centre()) / cap.radius;
-        let on_unit = self.affine.to_local.transform_vector3(n * cap.radius).normalize();
-        Some(self.drawn(on_unit, PerSolidAngle(warp::square_to_cone_pdf(cap.one_minus_cos))))
+        let n = (p - self.centre()) / cone.radius;
+        let on_unit_sphere = self.affine.to_local.transform_vector3(n * cone.radius).normalize();
+        Some(self.sample(on_unit_sphere, PerSolidAngle(warp::square_to_cone_pdf(cone.one_minus_cos))))
     }
 
     fn pdf_direction(&self, from: DVec3, surface: &Surface) -> PerSolidAngle {
-        if let Some(cap) = self.cap(from) {
-            return PerSolidAngle(warp::square_to_cone_pdf(cap.one_minus_cos));
+        if let Some(cone) = self.cone(from) {
+            return PerSolidAngle(warp::square_to_cone_pdf(cone.one_minus_cos));
         }
-        super::as_seen(self.pdf_position(surface), from, surface.p, surface.n).unwrap_or(PerSolidAngle(0.0))
+        super::to_solid_angle(self.pdf_position(surface), from, surface.p, surface.n).unwrap_or(PerSolidAngle(0.0))
     }
 }
 
@@ -252,7 +260,7 @@ impl<K: EllipsoidKind> SolidModel for EllipsoidShape<K> {
     }
 }
 
-/// Longitude and colatitude, each over its whole range.
+/// The azimuth divided by 2π and the polar angle divided by π.
 fn uv(local: DVec3) -> DVec2 {
     let phi = local.y.atan2(local.x);
     DVec2::new((if phi < 0.0 { phi + TAU } else { phi }) / TAU, local.z.clamp(-1.0, 1.0).acos() / PI)
@@ -263,16 +271,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_hit_from_a_hundred_radii_away_keeps_its_digits() {
+    fn a_hit_from_a_hundred_radii_away_is_accurate() {
         let sphere = EllipsoidShape::<Sphere>::new(Affine::new(DAffine3::IDENTITY));
         let ray = Ray::new(DVec3::new(0.3, 0.4, 100.0), DVec3::NEG_Z);
-        let hit = sphere.intersect(&ray).expect("the ray goes through");
+        let hit = sphere.intersect(&ray).expect("the ray passes through the sphere");
         let exact = 100.0 - 0.75_f64.sqrt();
         assert!((hit.t - exact).abs() < 5e-14, "{}", hit.t - exact);
     }
 
     #[test]
-    fn from_inside_the_far_side_is_hit() {
+    fn a_ray_from_inside_hits_the_far_side() {
         let sphere = EllipsoidShape::<Sphere>::new(Affine::new(DAffine3::from_scale(DVec3::splat(2.0))));
         let hit = sphere.intersect(&Ray::leaving(DVec3::new(0.5, 0.0, 0.0), DVec3::X)).expect("a hit");
         assert!((hit.t - 1.5).abs() < 1e-15);

@@ -1,7 +1,8 @@
-//! A curve whose shape is predicted, up to one amplitude or two: y = a f(x), or y = a f(x) + b g(x).
+//! Fits of curves whose shape is predicted up to one or two amplitudes: y = a f(x), or y = a f(x) + b g(x).
 //!
-//! Weighted least squares with known standard errors, as in [`slope`], whose remarks on estimated errors hold here too. It is
-//! what to ask where a slope is only asymptotic: the curve at finite x is known, and the residuals show whether it is met.
+//! Weighted least squares with known standard errors, as in [`slope`]; its remarks on estimated errors apply here too.
+//! Use it instead of a slope if a power law holds only asymptotically but the curve at finite x is known. The
+//! residuals show whether the points follow the curve.
 //!
 //! [`slope`]: super::slope
 
@@ -13,10 +14,10 @@ use super::{
     student,
 };
 
-/// One factor of a predicted curve.
+/// The fitted amplitude of a predicted curve.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Amplitude {
-    /// The factor, in the unit of y over that of its curve.
+    /// The amplitude, in the unit of y over that of the curve.
     pub value: f64,
     /// Its standard error.
     pub std_error: f64,
@@ -25,27 +26,27 @@ pub struct Amplitude {
 }
 
 impl Amplitude {
-    /// Half the width of the interval that misses the truth with such a chance.
+    /// Half the width of the interval that misses the true value with probability `outside`.
     #[must_use]
     pub fn half_width(&self, outside: f64, dof: f64) -> f64 {
         self.std_error * student::two_sided_t(outside, dof)
     }
 }
 
-/// The amplitudes of predicted curves, and whether the points follow.
+/// The fitted amplitudes of predicted curves, and a test of the residuals.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Amplitudes {
-    /// In the order of the curves.
+    /// The amplitudes, in the order of the curves.
     pub amplitudes: Vec<Amplitude>,
-    /// The degrees of freedom of the intervals, the fewest of any point.
+    /// The degrees of freedom of the intervals: the minimum over the points.
     #[serde(with = "float")]
     pub dof: f64,
-    /// Whether the scatter about the curve is that of the errors.
+    /// The test that the residuals are consistent with the standard errors.
     pub residuals: Chi2,
 }
 
 impl Amplitudes {
-    /// Fits one curve or two, given by their values at the points.
+    /// Fits one or two curves, given by their values at the points.
     ///
     /// `None` unless there are more points than curves, all values are finite, all errors above 0, and the curves differ.
     #[must_use]
@@ -70,7 +71,7 @@ impl Amplitudes {
                 let (ff, fg, gg) = (product(&f, &f), product(&f, &g), product(&g, &g));
                 let (fy, gy) = (product(&f, &y), product(&g, &y));
                 let determinant = ff * gg - fg * fg;
-                // Curves that are the same up to a factor tell nothing of their shares.
+                // The amplitudes of proportional curves are not determined.
                 if determinant <= 1e-12 * ff * gg {
                     return None;
                 }
@@ -99,7 +100,7 @@ impl Amplitudes {
     }
 }
 
-/// The test that points are 0 but for their errors. With none, nothing speaks against it.
+/// Tests that the true y of all points is 0. Without points, p is 1.
 #[must_use]
 pub fn all_zero(points: &[Point]) -> Chi2 {
     let z: Vec<f64> = points.iter().map(|p| standard(p.y / p.std_error, p.dof)).collect();
@@ -121,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn one_curve_by_hand() {
+    fn the_fit_of_one_curve_matches_values_by_hand() {
         // Weights 1 and ¼: a = (1·2·5 + ¼·1·2) / (1·4 + ¼·1), of variance 1 / 4.25.
         let point = |y, std_error| Point { x: 1.0, y, std_error, dof: f64::INFINITY };
         let fit = Amplitudes::fit(&[point(5.0, 1.0), point(2.0, 2.0)], &[vec![2.0, 1.0]]).unwrap();
@@ -132,32 +133,32 @@ mod tests {
     }
 
     #[test]
-    fn two_curves_are_told_apart_and_intervals_keep_their_level() {
+    fn two_curves_are_separated_and_intervals_keep_their_level() {
         let (trials, mut draws) = (4000, Draws::new(5));
         let curves = [X.map(f64::recip).to_vec(), X.map(|_| 1.0).to_vec()];
-        let (mut missed, mut refused) = ([0.0; 2], 0.0);
+        let (mut missed, mut rejected) = ([0.0; 2], 0.0);
         for _ in 0..trials {
             let points = noisy(&mut draws, |x| 3.0 / x + 0.05);
             let fit = Amplitudes::fit(&points, &curves).unwrap();
             for (missed, (a, truth)) in missed.iter_mut().zip(fit.amplitudes.iter().zip([3.0, 0.05])) {
                 *missed += f64::from((a.value - truth).abs() > a.half_width) / f64::from(trials);
             }
-            refused += f64::from(fit.residuals.p < 0.05) / f64::from(trials);
+            rejected += f64::from(fit.residuals.p < 0.05) / f64::from(trials);
         }
         let margin = 4.0 * (0.05 * 0.95 / f64::from(trials)).sqrt();
         assert!(missed.iter().all(|m| (m - 0.05).abs() < margin), "{missed:?}");
-        assert!((refused - 0.05).abs() < margin, "{refused}");
+        assert!((rejected - 0.05).abs() < margin, "{rejected}");
     }
 
     #[test]
-    fn another_law_is_refused() {
+    fn a_wrong_curve_is_rejected() {
         let points = noisy(&mut Draws::new(6), |x| 3.0 * x.powf(-0.9));
         let fit = Amplitudes::fit(&points, &[X.map(f64::recip).to_vec()]).unwrap();
         assert!(fit.residuals.p < 1e-6, "{fit:?}");
     }
 
     #[test]
-    fn what_cannot_be_fitted_is_not() {
+    fn invalid_input_is_not_fitted() {
         let points = noisy(&mut Draws::new(7), |x| 1.0 / x);
         let curve = X.map(f64::recip).to_vec();
         assert!(Amplitudes::fit(&points[..1], &[curve[..1].to_vec()]).is_none());
@@ -168,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn zeros_are_tested() {
+    fn the_test_of_zeros_rejects_other_values() {
         let mut draws = Draws::new(8);
         let mut points =
             |mean: f64| X.map(|x| Point { x, y: mean + draws.normal(), std_error: 1.0, dof: f64::INFINITY });

@@ -1,9 +1,9 @@
-//! Exact binomial tails: is a count of rejections consistent with a promised rate?
+//! Exact binomial tail probabilities: tests whether a count of rejections is consistent with a rate.
 
 use statrs::distribution::{Binomial, DiscreteCDF};
 
-/// P(X >= count) for X binomial with `trials` and `rate` in \[0, 1\]: small when there are too many, as when A/A pairs
-/// are rejected more often than the level allows.
+/// P(X >= count) for X binomial with `trials` and `rate` in \[0, 1\]. Small if `count` is too large, for example if A/A
+/// pairs are rejected more often than the level allows.
 ///
 /// # Panics
 /// If `rate` is not in \[0, 1\].
@@ -15,7 +15,7 @@ pub fn at_least_p(count: u64, trials: u64, rate: f64) -> f64 {
     }
 }
 
-/// P(X <= count): small when there are too few, as when a bias is found less often than the power promises.
+/// P(X <= count). Small if `count` is too small, for example if a bias is detected less often than the power predicts.
 #[cfg(test)]
 pub(crate) fn at_most_p(count: u64, trials: u64, rate: f64) -> f64 {
     distribution(trials, rate).cdf(count)

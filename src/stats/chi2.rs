@@ -1,4 +1,4 @@
-//! Pearson's test: do counts follow expectations?
+//! Pearson's chi-square test of counts against expected counts.
 
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -11,13 +11,13 @@ pub struct Chi2 {
     pub statistic: f64,
     /// Degrees of freedom.
     pub dof: f64,
-    /// Probability of a statistic this large when the expectations hold.
+    /// The probability of a statistic at least this large if the null hypothesis is true.
     pub p: f64,
-    /// How many of the cells given were tested jointly with others, because they expect little.
+    /// The number of given cells that were pooled with others because of a small expected count.
     pub pooled: usize,
 }
 
-/// One cell of the test, or several that were joined.
+/// One cell of the test, or several pooled cells.
 #[derive(Debug, Clone, Copy, Default)]
 struct Cell {
     expected: f64,
@@ -34,21 +34,24 @@ impl Cell {
 }
 
 impl Chi2 {
-    /// Tests counts `observed` against `expected` (same length, not below 0, in counts).
+    /// Tests `observed` counts against `expected` counts of the same length, at least 0.
     ///
-    /// Cells that expect less than `min_expected` (5 is usual: Cochran 1954) are joined, from the smallest up, until
-    /// each joint cell expects that much; what is left over joins the last. All of them are tested: none is
-    /// dropped. A count where exactly nothing is expected is impossible, and answers p = 0.
+    /// Cells with an expected count below `min_expected` (5 is usual: Cochran 1954) are pooled, from the smallest up,
+    /// until each pooled cell expects that much. The rest joins the last cell. All cells are tested; none is dropped. A
+    /// positive count in a cell with expected count 0 is impossible and gives p = 0.
     ///
-    /// `constraints` is what the expectations took from the counts: 1 when they were scaled to the same total. `None`
-    /// when that leaves no degree of freedom.
+    /// `constraints` is the number of parameters of the expected counts that were computed from the observed ones: 1 if
+    /// they were scaled to the same total. Returns `None` if no degree of freedom remains.
     ///
     /// # Panics
-    /// If the lengths differ, or an expectation is negative or not finite.
+    /// If the lengths differ, or an expected count is negative or not finite.
     #[must_use]
     pub fn goodness_of_fit(observed: &[u64], expected: &[f64], min_expected: f64, constraints: usize) -> Option<Self> {
-        assert_eq!(observed.len(), expected.len(), "every cell has a count and an expectation");
-        assert!(expected.iter().all(|e| (0.0..f64::INFINITY).contains(e)), "an expectation is a finite count");
+        assert_eq!(observed.len(), expected.len(), "every cell has an observed and an expected count");
+        assert!(
+            expected.iter().all(|e| (0.0..f64::INFINITY).contains(e)),
+            "an expected count is finite and at least 0"
+        );
         let given = observed.iter().zip(expected);
         let impossible = given.clone().any(|(&o, &e)| e == 0.0 && o > 0);
         let cells = given
@@ -66,14 +69,14 @@ impl Chi2 {
         (dof > 0.0).then(|| Self { statistic, dof, p: tail(statistic, dof), pooled })
     }
 
-    /// Tests that the `z` are independent standard normals, against too large ones only. With none, the answer is
-    /// statistic 0, dof 0, p 1.
+    /// Tests that the `z` are independent standard normals, one-sided against too large squares. Without any, the
+    /// statistic and dof are 0 and p is 1.
     #[must_use]
     pub fn sum_of_squares(z: &[f64]) -> Self {
         Self::of_squares(z.iter().map(|z| z * z).sum(), z.len())
     }
 
-    /// Tests a sum of squares of so many degrees of freedom. Of none, the answer is p = 1.
+    /// Tests a sum of squares with `dof` degrees of freedom. With 0 degrees of freedom, p is 1.
     #[must_use]
     pub fn of_squares(statistic: f64, dof: usize) -> Self {
         let p = if dof == 0 { 1.0 } else { tail(statistic, dof as f64) };
@@ -81,25 +84,25 @@ impl Chi2 {
     }
 }
 
-/// Joins cells from the smallest expectation up until each expects at least `min_expected`.
+/// Pools cells from the smallest expected count up until each expects at least `min_expected`.
 fn pool(mut cells: Vec<Cell>, min_expected: f64) -> Vec<Cell> {
-    // The sort is stable, so that equal expectations join in the order given, on every machine.
+    // The sort is stable, so cells of equal expected counts are pooled in the given order.
     cells.sort_by(|a, b| a.expected.total_cmp(&b.expected));
-    let mut joint: Vec<Cell> = Vec::with_capacity(cells.len());
+    let mut pooled: Vec<Cell> = Vec::with_capacity(cells.len());
     let mut open = Cell::default();
     for cell in cells {
         open.absorb(cell);
         if open.expected >= min_expected {
-            joint.push(std::mem::take(&mut open));
+            pooled.push(std::mem::take(&mut open));
         }
     }
     if open.members > 0 {
-        match joint.last_mut() {
+        match pooled.last_mut() {
             Some(last) => last.absorb(open),
-            None => joint.push(open),
+            None => pooled.push(open),
         }
     }
-    joint
+    pooled
 }
 
 /// P(χ² > statistic).
@@ -133,8 +136,8 @@ mod tests {
     }
 
     #[test]
-    fn the_pool_is_tested() {
-        // Twelve cells expect 0.5 each and hold 5 each: without the pool nothing would be amiss.
+    fn pooled_cells_are_tested() {
+        // Twelve cells expect 0.5 each and hold 5 each: without pooling the test would not reject.
         let observed = [[100; 4].as_slice(), &[5; 12]].concat();
         let expected = [[113.5; 4].as_slice(), &[0.5; 12]].concat();
         let chi2 = Chi2::goodness_of_fit(&observed, &expected, 5.0, 1).unwrap();
@@ -146,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn a_left_over_pool_is_tested_too() {
+    fn a_remaining_pool_is_tested_too() {
         let chi2 = Chi2::goodness_of_fit(&[40, 20, 1, 9], &[40.0, 26.0, 2.0, 2.0], 5.0, 0).unwrap();
         // 2 + 2 + 26 make one cell that holds 30.
         assert_eq!((chi2.statistic, chi2.dof, chi2.pooled), (0.0, 2.0, 3));
@@ -159,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn a_count_where_nothing_is_expected_is_impossible() {
+    fn a_count_in_a_cell_of_expected_count_zero_is_rejected() {
         let observed = [1000, 1000, 1];
         assert_eq!(Chi2::goodness_of_fit(&observed, &[1000.5, 1000.5, 0.0], 5.0, 1).unwrap().p, 0.0);
         let empty = Chi2::goodness_of_fit(&[1000, 1001, 0], &[1000.5, 1000.5, 0.0], 5.0, 1).unwrap();

@@ -4,7 +4,7 @@ use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use std::f64::consts::TAU;
 
-/// A stream of independent variates, a pure function of its seed.
+/// A stream of independent random variates, a pure function of its seed.
 pub(super) struct Draws(Pcg64Mcg);
 
 impl Draws {

@@ -1,32 +1,34 @@
-//! Are two means equal but for a bound? What a test of difference cannot show, for it also passes when it is blind.
+//! Tests that two means are equal within a bound. A test of difference cannot show this: it also passes without power.
 
 use super::{Estimate, Welch, normal, student};
 
-/// Two one-sided tests: the means are equivalent if both reject that their difference is beyond the bound.
+/// Two one-sided tests: the means are equivalent if both tests reject a difference beyond the bound.
 ///
-/// Schuirmann 1987, "A comparison of the Two One-Sided Tests procedure and the power approach". It fails safe: noise makes
-/// it refuse what is equal, never accept what is not more often than its level.
+/// Schuirmann 1987, "A comparison of the Two One-Sided Tests procedure and the power approach". Noise only makes the
+/// test reject equivalence of equal means. It accepts means that differ by more than the bound at most as often as its
+/// level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Equivalence {
     /// First mean minus second mean.
     pub difference: f64,
     /// Standard error of the difference.
     pub std_error: f64,
-    /// How far the difference may be from 0 at the level: the means are equivalent if this is within the bound.
+    /// The confidence limit of |difference| at the level: the means are equivalent if it is within the bound.
     pub limit: f64,
-    /// The chance to find them equivalent if they are equal.
+    /// The probability of finding the means equivalent if they are equal.
     pub power: f64,
 }
 
-/// The chance to call means equivalent that differ by the bound.
+/// The probability of accepting means that differ by the bound.
 pub const LEVEL: f64 = 0.01;
 
-/// Three radii over the least of them, and the weights with which estimates at these give the intercept of a least squares
-/// line in the radius squared: an estimate without the leading term of a bias that is even in the radius.
+/// Three radii relative to the smallest, each with a weight. The weighted sum of estimates at these radii is the
+/// intercept of a least-squares line in the squared radius. It removes the leading term of a bias that is even in the
+/// radius.
 pub const TO_RADIUS_ZERO: [(f64, f64); 3] = [(1.0, 1.0), (std::f64::consts::SQRT_2, 0.5), (2.0, -0.5)];
 
 impl Equivalence {
-    /// Tests `ours` against `reference`, which may differ by `bound`.
+    /// Tests the equivalence of `ours` and `reference` within `bound`.
     ///
     /// # Panics
     /// If a side of non-zero variance has no degrees of freedom.
@@ -61,7 +63,7 @@ mod tests {
     use super::super::draws::Draws;
     use super::*;
 
-    /// How often means that differ by so much are found equivalent within 1.
+    /// The frequency at which means that differ by `shift` are found equivalent within 1, and the mean computed power.
     fn accepted(shift: f64, trials: u32) -> (f64, f64) {
         let mut draws = Draws::new(7);
         let mut mean = |shift: f64| {
@@ -79,13 +81,13 @@ mod tests {
     }
 
     #[test]
-    fn the_level_is_kept_at_the_bound_and_the_power_is_that_which_is_said() {
+    fn the_level_is_kept_at_the_bound_and_the_power_is_correct() {
         let trials = 4000;
         let (at_bound, _) = accepted(1.0, trials);
-        // Five standard errors of a binomial share.
+        // Five standard errors of a binomial proportion.
         assert!((at_bound - LEVEL).abs() < 5.0 * (LEVEL / f64::from(trials)).sqrt(), "{at_bound}");
         let (equal, power) = accepted(0.0, trials);
-        assert!((equal - power).abs() < 0.03 && power > 0.7, "{equal}, said {power}");
+        assert!((equal - power).abs() < 0.03 && power > 0.7, "{equal}, computed {power}");
         assert_eq!(accepted(1.5, 200).0, 0.0);
     }
 

@@ -1,8 +1,8 @@
-//! Sums in fixed point, where addition is associative: every order, grouping and sharding gives the same bits.
+//! Sums in fixed point, where addition is associative: every order, grouping and sharding gives bit-identical results.
 //!
-//! A number is rounded once, to the nearest multiple of the quantum (ties away from 0), and everything after that is exact
-//! integer arithmetic, as in Demmel and Nguyen 2015, "Parallel reproducible summation", but with one wide bin because
-//! radiance has a known range. Sums saturate, stay saturated, and say so.
+//! Each number is rounded once, to the nearest multiple of the quantum (ties away from 0). All further arithmetic is
+//! exact on integers, as in Demmel and Nguyen 2015, "Parallel reproducible summation", but with one wide bin, because
+//! radiance has a known range. A sum that overflows stays saturated, and reports it.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,17 +17,17 @@ const EXPONENT_BIAS: i32 = 1023 + MANTISSA_BITS;
 
 /// A sum of numbers in ±2^63 (±9.2e18), exact in units of 2^-64.
 ///
-/// Each addend is rounded to that unit, to nearest with ties away from 0: an f64 of magnitude 2^-12 or more is taken exactly.
-/// When a sum leaves the range it saturates and remains so, and its value is infinite. Among addends of one sign,
-/// whether it does so is also independent of the order; with mixed signs it is, as long as no partial sum leaves the range.
+/// Each addend is rounded to the nearest unit, with ties away from 0. An f64 of magnitude 2^-12 or more is exact. A sum
+/// that leaves the range stays saturated, and its value is infinite. For addends of one sign, saturation does not
+/// depend on the order. For mixed signs, it does not as long as no partial sum leaves the range.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ExactSum {
     quanta: i128,
 }
 
 impl ExactSum {
-    /// Adds `x`, which must be finite: anything else is a bug of the caller, caught by a debug assertion. Without
-    /// debug assertions it saturates the sum (by its sign bit, NaN too), so that it is seen in the result.
+    /// Adds `x`, which must be finite; a debug assertion checks this. Without debug assertions, any other value
+    /// saturates the sum in the direction of its sign bit (NaN too), so that it is visible in the result.
     #[inline]
     pub fn add(&mut self, x: f64) {
         debug_assert!(x.is_finite(), "only finite numbers can be summed, got {x}");
@@ -37,13 +37,13 @@ impl ExactSum {
         self.join(if x.is_sign_negative() { -magnitude } else { magnitude });
     }
 
-    /// Adds everything that was added to `other`.
+    /// Adds all numbers that were added to `other`.
     #[inline]
     pub fn merge(&mut self, other: &Self) {
         self.join(other.quanta);
     }
 
-    /// The sum, correctly rounded; ±infinity when it is saturated.
+    /// The sum, correctly rounded; ±infinity if it is saturated.
     #[must_use]
     pub fn value(&self) -> f64 {
         if self.is_saturated() {
@@ -52,7 +52,7 @@ impl ExactSum {
         self.quanta as f64 * exp2(-SUM_FRACTION_BITS)
     }
 
-    /// Whether the sum ever left ±2^63, or was given a number that is not finite.
+    /// Whether the sum ever left ±2^63, or a number that is not finite was added.
     #[must_use]
     #[inline]
     pub fn is_saturated(&self) -> bool {
@@ -61,9 +61,9 @@ impl ExactSum {
 
     #[inline]
     fn join(&mut self, quanta: i128) {
-        // Two numbers in ±2^126, whose top two bits are equal, neither are saturated nor make an overflow.
-        let is_roomy = |quanta: i128| quanta >> 127 == quanta >> 126;
-        if is_roomy(self.quanta) && is_roomy(quanta) {
+        // Numbers in ±2^126 have equal top two bits. Two of them are not saturated, and their sum does not overflow.
+        let is_small = |quanta: i128| quanta >> 127 == quanta >> 126;
+        if is_small(self.quanta) && is_small(quanta) {
             self.quanta += quanta;
         } else if !self.is_saturated() {
             let other = Self { quanta };
@@ -72,12 +72,12 @@ impl ExactSum {
     }
 }
 
-/// Count, sum and sum of squares of a stream of numbers, exact: a drop-in for [`Moments`] whose merges commute bit for
-/// bit.
+/// Exact count, sum and sum of squares of a stream of numbers: a replacement for [`Moments`] whose merges commute bit
+/// for bit.
 ///
-/// Each square is formed without rounding and then rounded once to a multiple of 2^-70, so that a standard deviation
-/// is resolved to about 2e-11 in absolute terms: a constant 0.1 may show a variance of 1e-22 instead of 0. The sum
-/// of squares reaches 2^58 (one number of 5e8, or 1e9 numbers of 1.7e4); beyond that it saturates.
+/// Each square is computed exactly and then rounded once to a multiple of 2^-70. The absolute resolution of a standard
+/// deviation is therefore about 2e-11: a constant 0.1 may have a variance of 1e-22 instead of 0. The sum of squares
+/// saturates above 2^58 (one number of 5e8, or 1e9 numbers of 1.7e4).
 ///
 /// [`Moments`]: super::Moments
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -88,7 +88,7 @@ pub struct ExactMoments {
 }
 
 impl ExactMoments {
-    /// Adds one finite number; see [`ExactSum::add`] for what happens to others.
+    /// Adds one finite number; [`ExactSum::add`] describes the effect of others.
     #[inline]
     pub fn push(&mut self, x: f64) {
         self.n += 1;
@@ -99,13 +99,13 @@ impl ExactMoments {
         self.sum_sq = self.sum_sq.saturating_add(square);
     }
 
-    /// Adds `count` zeros: the samples that found nothing.
+    /// Adds `count` zeros, for samples without a contribution.
     #[inline]
     pub fn push_zeros(&mut self, count: u64) {
         self.n += count;
     }
 
-    /// Adds everything that was pushed to `other`.
+    /// Adds all numbers that were pushed to `other`.
     #[inline]
     pub fn merge(&mut self, other: &Self) {
         self.n += other.n;
@@ -113,10 +113,10 @@ impl ExactMoments {
         self.sum_sq = self.sum_sq.saturating_add(other.sum_sq);
     }
 
-    /// So many bytes hold one.
+    /// The number of bytes of [`Self::to_bytes`].
     pub const BYTES: usize = 40;
 
-    /// As bytes, little endian: the count, the sum in units of 2^-64, the sum of squares in units of 2^-70.
+    /// Encodes the count, the sum in units of 2^-64 and the sum of squares in units of 2^-70, in little endian.
     #[must_use]
     pub fn to_bytes(&self) -> [u8; Self::BYTES] {
         let mut bytes = [0; Self::BYTES];
@@ -126,7 +126,7 @@ impl ExactMoments {
         bytes
     }
 
-    /// From such bytes.
+    /// Decodes the bytes of [`Self::to_bytes`].
     #[must_use]
     pub fn from_bytes(bytes: &[u8; Self::BYTES]) -> Self {
         let part = |from: usize| std::array::from_fn(|i| bytes[from + i]);
@@ -135,7 +135,7 @@ impl ExactMoments {
         Self { n, sum, sum_sq: u128::from_le_bytes(part(24)) }
     }
 
-    /// How many numbers were pushed.
+    /// The number of numbers that were pushed.
     #[must_use]
     pub fn n(&self) -> u64 {
         self.n
@@ -147,15 +147,15 @@ impl ExactMoments {
         self.sum.is_saturated() || self.sum_sq == u128::MAX
     }
 
-    /// The mean; `None` when there are no numbers, infinite when the sum is saturated.
+    /// The mean; `None` without numbers, infinite if the sum is saturated.
     #[must_use]
     pub fn mean(&self) -> Option<f64> {
         (self.n >= 1).then(|| self.sum.value() / self.n as f64)
     }
 
-    /// The unbiased (n - 1) variance of one number; `None` below two numbers, infinite when a sum is saturated.
+    /// The unbiased (n - 1) variance of one number; `None` for fewer than two numbers, infinite if a sum is saturated.
     ///
-    /// The difference n Σx² - (Σx)² is taken in 256-bit integers, so nothing cancels.
+    /// The difference n Σx² - (Σx)² is computed in 256-bit integers, so no precision is lost to cancellation.
     #[must_use]
     pub fn variance(&self) -> Option<f64> {
         if self.n < 2 {
@@ -167,15 +167,15 @@ impl ExactMoments {
         Some(self.scatter() / (self.n as f64 * (self.n - 1) as f64))
     }
 
-    /// The variance of the mean, that is variance / n; `None` below two numbers.
+    /// The variance of the mean, variance / n; `None` for fewer than two numbers.
     #[must_use]
     pub fn variance_of_mean(&self) -> Option<f64> {
         Some(self.variance()? / self.n as f64)
     }
 
-    /// n Σx² - (Σx)², at least 0 (the rounding of the squares may leave it a hair below).
+    /// n Σx² - (Σx)², clamped at 0, because the rounding of the squares may make it slightly negative.
     fn scatter(&self) -> f64 {
-        // Both products in units of 2^-128, the square of the sum's quantum; each half has 128 bits.
+        // Both products are in units of 2^-128, the square of the sum's quantum, with 128 bits in each half.
         const ALIGN: u32 = (2 * SUM_FRACTION_BITS - SQUARE_FRACTION_BITS) as u32;
         let (high, low) = wide_mul(u128::from(self.n), self.sum_sq);
         let minuend = ((high << ALIGN) | (low >> (128 - ALIGN)), low << ALIGN);
@@ -190,7 +190,7 @@ impl ExactMoments {
     }
 }
 
-/// |x| = mantissa · 2^exponent, exactly. What is not finite gets an exponent beyond every range.
+/// |x| = mantissa · 2^exponent, exactly. An infinite or NaN x has an exponent outside every range.
 #[inline]
 fn decompose(x: f64) -> (u64, i32) {
     let bits = x.to_bits();
@@ -201,12 +201,12 @@ fn decompose(x: f64) -> (u64, i32) {
     (mantissa, biased.max(1) - EXPONENT_BIAS)
 }
 
-/// mantissa · 2^shift, rounded to nearest with ties away from 0; `u128::MAX` when it does not fit. The mantissa has at
-/// most `BITS` bits.
+/// mantissa · 2^shift, rounded to nearest with ties away from 0; `u128::MAX` on overflow. The mantissa has at most
+/// `BITS` bits.
 #[inline]
 fn scale<const BITS: i32>(mantissa: u128, shift: i32) -> u128 {
-    // Pushed up until its highest bit is 126, the mantissa reaches twice the answer by one shift down, of 127 at most
-    // because that already leaves nothing.
+    // The mantissa is shifted up until its highest bit is at most bit 126. One shift down then gives twice the result;
+    // a shift by 127 already gives 0.
     let up = 127 - BITS;
     let down = up - 1 - shift;
     if down < 0 {
@@ -216,13 +216,13 @@ fn scale<const BITS: i32>(mantissa: u128, shift: i32) -> u128 {
     (twice + 1) >> 1
 }
 
-/// mantissa · 2^shift for a mantissa that is not 0; `u128::MAX` when it does not fit.
+/// mantissa · 2^shift for a mantissa that is not 0; `u128::MAX` on overflow.
 #[cold]
 fn scale_up(mantissa: u128, shift: u32) -> u128 {
     if shift <= mantissa.leading_zeros() { mantissa << shift } else { u128::MAX }
 }
 
-/// The product as (high, low) halves of 128 bits.
+/// The 256-bit product as (high, low) halves of 128 bits.
 fn wide_mul(a: u128, b: u128) -> (u128, u128) {
     const LOW: u128 = u64::MAX as u128;
     let (a_high, a_low, b_high, b_low) = (a >> 64, a & LOW, b >> 64, b & LOW);
@@ -258,7 +258,7 @@ mod tests {
         moments
     }
 
-    /// Numbers over every scale that a film meets, zeros, both signs, subnormals.
+    /// Numbers of every magnitude on a film, with zeros, both signs and subnormals.
     fn number() -> impl Strategy<Value = f64> {
         prop_oneof![
             Just(0.0),
@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_float_sum_loses_is_kept() {
+    fn sums_are_exact_where_float_sums_lose_precision() {
         // In f64, 1e15 + 2^-10 - 1e15 is 0; a sum of a million 0.1 is off by 1.3e-6.
         assert_eq!(sum_of(&[1e15, 2.0_f64.powi(-10), -1e15]).value(), 2.0_f64.powi(-10));
         let mut sum = ExactSum::default();
@@ -315,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn products_of_256_bits_by_hand() {
+    fn products_of_256_bits_match_values_by_hand() {
         let max = u128::MAX;
         assert_eq!(wide_mul(max, max), (max - 1, 1));
         assert_eq!(wide_mul(1 << 100, 3 << 99), (3 << 71, 0));
@@ -325,7 +325,7 @@ mod tests {
 
     #[test]
     #[cfg_attr(debug_assertions, should_panic(expected = "only finite numbers can be summed"))]
-    fn what_is_not_finite_is_seen() {
+    fn numbers_that_are_not_finite_saturate() {
         assert_eq!(sum_of(&[1.0, f64::INFINITY]).value(), f64::INFINITY);
         assert_eq!(sum_of(&[1.0, f64::NEG_INFINITY]).value(), f64::NEG_INFINITY);
         assert!(moments_of(&[1.0, f64::NAN]).is_saturated());
@@ -352,7 +352,7 @@ mod tests {
 
     #[test]
     fn a_large_offset_does_not_cancel() {
-        // 1e8 + {1, 2, 6}: the f64 formula n Σx² - (Σx)² answers 10.67 or 0 here; the truth is 7.
+        // 1e8 + {1, 2, 6}: the f64 formula n Σx² - (Σx)² gives 10.67 or 0 here instead of 7.
         let moments = moments_of(&[1e8 + 1.0, 1e8 + 2.0, 1e8 + 6.0]);
         assert_eq!(moments.variance(), Some(7.0));
         // A constant that is a multiple of 2^-35 has a variance of exactly 0.

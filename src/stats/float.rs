@@ -1,17 +1,17 @@
-//! How serde writes a float that may be infinite or NaN: as the number where it is finite, else as text ("inf", "-inf",
-//! "NaN"), because JSON has no such numbers and what a report cannot read back is lost.
+//! Serialization of floats that may be infinite or NaN: finite numbers as they are, others as text ("inf", "-inf",
+//! "NaN"), because JSON cannot represent them.
 //!
-//! For `#[serde(with = "float")]`.
+//! Use it with `#[serde(with = "float")]`.
 
 use serde::{Deserialize, Deserializer, Serializer, de};
 
-/// Writes `x`.
+/// Serializes `x`.
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde calls it with a reference")]
 pub(super) fn serialize<S: Serializer>(x: &f64, serializer: S) -> Result<S::Ok, S::Error> {
     if x.is_finite() { serializer.serialize_f64(*x) } else { serializer.collect_str(x) }
 }
 
-/// Reads what [`serialize`] wrote.
+/// Deserializes the output of [`serialize`].
 pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     #[derive(Deserialize)]
     #[serde(untagged)]

@@ -1,4 +1,4 @@
-//! The Kolmogorov-Smirnov test: do samples follow a continuous distribution?
+//! The Kolmogorov-Smirnov test of samples against a continuous distribution.
 
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -8,18 +8,19 @@ use std::f64::consts::PI;
 pub struct Ks {
     /// The largest distance between the empirical and the given distribution function, in \[0, 1\].
     pub statistic: f64,
-    /// How many samples there were.
+    /// The number of samples.
     pub n: usize,
-    /// Probability of a distance this large when the samples follow the distribution.
+    /// The probability of a distance at least this large if the samples follow the distribution.
     pub p: f64,
 }
 
 impl Ks {
     /// Tests `samples` against the distribution function `cdf`, which must be continuous.
     ///
-    /// The tail is Kolmogorov's limit at (√n + 0.12 + 0.11/√n) D, Stephens 1970, "Use of the Kolmogorov-Smirnov, Cramér-von
-    /// Mises and related statistics without extensive tables": from 10 samples on, a p below 0.05 is within
-    /// 4e-4 of the exact value, and any p within 0.023 (0.0064 from 400 on). A sample for which `cdf` is NaN makes p = 0.
+    /// The tail probability is Kolmogorov's limit at (√n + 0.12 + 0.11/√n) D, Stephens 1970, "Use of the
+    /// Kolmogorov-Smirnov, Cramér-von Mises and related statistics without extensive tables": with at least 10 samples,
+    /// a p below 0.05 is within 4e-4 of the exact value, and any p within 0.023 (0.0064 with at least 400). If `cdf` is
+    /// NaN for a sample, p is 0.
     ///
     /// # Panics
     /// If there are no samples.
@@ -49,7 +50,7 @@ fn kolmogorov_tail(x: f64) -> f64 {
     if x <= 0.0 {
         return 1.0;
     }
-    // Two forms of one theta function; each converges within 5 terms on its side of 1.
+    // Two series of the same theta function; each converges within 5 terms on its side of x = 1.
     let odd = |k: i32| f64::from(2 * k - 1);
     if x < 1.0 {
         let body: f64 = (1..6).map(|k| (-(odd(k) * PI / x).powi(2) / 8.0).exp()).sum();
@@ -92,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn sees_a_wrong_scale_and_a_nan() {
+    fn a_wrong_scale_and_a_nan_are_rejected() {
         let mut draws = Draws::new(3);
         let x: Vec<f64> = (0..4000).map(|_| 1.2 * draws.normal()).collect();
         assert!(Ks::one_sample(&x, normal::cdf).p < 1e-3);

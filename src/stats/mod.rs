@@ -1,31 +1,31 @@
-//! Statistics: what turns two noisy images into a verdict, and a law into a p-value. Nothing here knows of rendering.
+//! Statistics: turns two noisy images into a verdict, and a law into a p-value. The module is independent of rendering.
 //!
-//! From sums to decisions, each in its own file:
+//! Its concepts, from sums to decisions:
 //!
-//! | concept | file | answer |
+//! | concept | file | result |
 //! |---|---|---|
 //! | running mean and variance | [`moments`] | [`Moments`] |
-//! | the same, bit-identical for every order and sharding | [`exact`] | [`ExactSum`], [`ExactMoments`] |
+//! | exact mean and variance, bit-identical for every order and sharding | [`exact`] | [`ExactSum`], [`ExactMoments`] |
 //! | a mean with its uncertainty | [`estimate`] | [`Estimate`] |
-//! | two means | [`welch`] | [`Welch`] |
-//! | two means, equal within a bound | [`equivalence`] | [`Equivalence`] |
-//! | counts against expectations | [`chi2`] | [`Chi2`] |
+//! | a test of two means for a difference | [`welch`] | [`Welch`] |
+//! | a test of two means for equivalence within a bound | [`equivalence`] | [`Equivalence`] |
+//! | counts against expected counts | [`chi2`] | [`Chi2`] |
 //! | samples against a distribution function | [`ks`] | [`Ks`] |
 //! | many tests at once | [`multiple`] | levels, adjusted p-values, rejections |
 //! | counts of rejections against a rate | [`binomial`] | exact tail probabilities |
-//! | what a test would have seen | [`power`] | detectable differences |
-//! | a power law through points | [`slope`] | [`Slope`] |
-//! | a curve of predicted shape | [`amplitude`] | [`Amplitudes`] |
-//! | where two power laws meet | [`crossing`] | [`LogInterval`] |
+//! | the power of a test | [`power`] | detectable differences |
+//! | a power law fitted to points | [`slope`] | [`Slope`] |
+//! | a curve of predicted shape fitted to points | [`amplitude`] | [`Amplitudes`] |
+//! | the crossing of two power laws | [`crossing`] | [`LogInterval`] |
 //! | images reduced to tiles | [`tiles`] | [`Tiling`], [`TiledMeans`] |
-//! | "ours equals the reference" | [`verdict`] | [`Verdict`] |
+//! | the comparison of an image with a reference | [`verdict`] | [`Verdict`] |
 //!
-//! A test returns its numbers, and the caller sets the level, once. A p-value of exactly 0 means that the null
-//! hypothesis is impossible (two exact and different means, a sample where the density vanishes) or that the tail
-//! is smaller than the smallest double.
+//! A test returns its statistic and p-value; the caller sets the level. A p-value of exactly 0 means that the null
+//! hypothesis is impossible (two exact and different means, a sample where the density is 0) or that the tail
+//! probability underflows.
 //!
-//! Every test here leans on the central limit theorem somewhere. Heavy tails (a caustic found by luck, fireflies) are
-//! the caller's business: average more samples into each batch or tile before testing, and never clamp.
+//! Every test here relies on the central limit theorem. For heavy tails (fireflies, rarely sampled caustics), average
+//! more samples into each batch or tile before testing, and never clamp.
 
 pub mod amplitude;
 pub mod binomial;

@@ -4,17 +4,16 @@ use serde::{Deserialize, Serialize};
 
 /// Count, mean and sum of squared deviations of the numbers pushed so far, in the units of those numbers.
 ///
-/// Push: Welford 1962, "Note on a method for calculating corrected sums of squares and products". Merge: Chan, Golub
-/// and `LeVeque` 1979, "Updating formulae and a pairwise algorithm for computing sample variances".
+/// Welford 1962, "Note on a method for calculating corrected sums of squares and products".
 ///
-/// The last bits depend on the order of pushes and merges; where that matters, use [`ExactMoments`].
+/// The last bits depend on the order of pushes; use [`ExactMoments`] where that matters.
 ///
 /// [`ExactMoments`]: super::ExactMoments
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Moments {
-    /// How many numbers were pushed.
+    /// The number of numbers that were pushed.
     pub n: u64,
-    /// Their mean; 0 when there are none.
+    /// Their mean; 0 without numbers.
     pub mean: f64,
     /// The sum of their squared deviations from the mean.
     pub m2: f64,
@@ -29,19 +28,19 @@ impl Moments {
         self.m2 += before * (x - self.mean);
     }
 
-    /// The unbiased (n - 1) variance of one number; `None` below two numbers.
+    /// The unbiased (n - 1) variance of one number; `None` for fewer than two numbers.
     #[must_use]
     pub fn variance(&self) -> Option<f64> {
         (self.n >= 2).then(|| self.m2 / (self.n - 1) as f64)
     }
 
-    /// The variance of the mean, that is variance / n; `None` below two numbers.
+    /// The variance of the mean, variance / n; `None` for fewer than two numbers.
     #[must_use]
     pub fn variance_of_mean(&self) -> Option<f64> {
         Some(self.variance()? / self.n as f64)
     }
 
-    /// The standard error of the mean; `None` below two numbers.
+    /// The standard error of the mean; `None` for fewer than two numbers.
     #[must_use]
     pub fn std_error(&self) -> Option<f64> {
         Some(self.variance_of_mean()?.sqrt())
@@ -63,13 +62,13 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Numbers with a large common offset, the case that the naive sum of squares loses.
+    /// Numbers with a large common offset, for which the naive sum of squares loses precision.
     fn numbers() -> impl Strategy<Value = Vec<f64>> {
         (-1e6..1e6, prop::collection::vec(-1.0..1.0, 2..200))
             .prop_map(|(offset, noise)| noise.iter().map(|x| offset + x).collect())
     }
 
-    /// Mean and (n - 1) variance by their definitions, in two passes.
+    /// The mean and the (n - 1) variance by their definitions, in two passes.
     fn two_pass(x: &[f64]) -> (f64, f64) {
         let n = x.len() as f64;
         let mean = x.iter().sum::<f64>() / n;
@@ -79,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn three_numbers_by_hand() {
+    fn moments_of_three_numbers_match_values_by_hand() {
         let moments: Moments = [1.0, 2.0, 6.0].into_iter().collect();
         assert_eq!(moments.mean, 3.0);
         assert_eq!(moments.variance(), Some(7.0));
@@ -88,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn below_two_numbers_there_is_no_variance() {
+    fn fewer_than_two_numbers_have_no_variance() {
         let mut moments = Moments::default();
         assert_eq!(moments.variance(), None);
         moments.push(4.0);

@@ -1,15 +1,16 @@
-//! Many tests at once: levels and p-values corrected for how many there are.
+//! Multiple testing: levels and p-values corrected for the number of tests.
 
-/// The level of each of `count` tests so that, when they are independent, the chance of any false rejection is `alpha`.
+/// The level of each of `count` independent tests so that the probability of any false rejection is `alpha`.
 ///
 /// Šidák 1967, "Rectangular confidence regions for the means of multivariate normal distributions": 1 - (1 - α)^(1/m).
-/// For two-sided tests of correlated normals it errs on the safe side.
+/// For two-sided tests of correlated normals it is conservative.
 #[must_use]
 pub fn sidak_level(alpha: f64, count: usize) -> f64 {
     -f64::exp_m1(f64::ln_1p(-alpha) / count.max(1) as f64)
 }
 
-/// The p-value of the smallest of `count` p-values, 1 - (1 - p)^m: the inverse of [`sidak_level`].
+/// The combined p-value of `count` independent tests with this smallest p-value, 1 - (1 - p)^m: the inverse of
+/// [`sidak_level`].
 #[must_use]
 pub fn sidak_p(smallest: f64, count: usize) -> f64 {
     if smallest >= 1.0 {
@@ -18,28 +19,28 @@ pub fn sidak_p(smallest: f64, count: usize) -> f64 {
     -f64::exp_m1(f64::ln_1p(-smallest) * count.max(1) as f64)
 }
 
-/// The level of each of `count` tests so that the chance of any false rejection is at most `alpha`, whatever their
-/// dependence: α/m, Bonferroni.
+/// The level of each of `count` tests, independent or not, so that the probability of any false rejection is at most
+/// `alpha`: α/m, Bonferroni.
 #[must_use]
 pub fn bonferroni_level(alpha: f64, count: usize) -> f64 {
     alpha / count.max(1) as f64
 }
 
-/// The p-value of the smallest of `count` p-values whatever their dependence, min(1, m p): the inverse of
+/// The combined p-value of `count` tests, independent or not, with this smallest p-value, min(1, m p): the inverse of
 /// [`bonferroni_level`].
 #[must_use]
 pub fn bonferroni_p(smallest: f64, count: usize) -> f64 {
     (smallest * count.max(1) as f64).min(1.0)
 }
 
-/// Which of the hypotheses with p-values `p` are rejected when the expected share of false ones among them is held at
-/// `rate`: Benjamini and Hochberg 1995, "Controlling the false discovery rate". Answers in the order of `p`.
+/// The hypotheses with p-values `p` that are rejected at a false discovery rate of at most `rate`, in the order of `p`.
+/// Benjamini and Hochberg 1995, "Controlling the false discovery rate".
 #[must_use]
 pub fn benjamini_hochberg(p: &[f64], rate: f64) -> Vec<bool> {
     let mut sorted = p.to_vec();
     sorted.sort_by(f64::total_cmp);
     let m = p.len() as f64;
-    // The largest p(k) at or below k rate / m; everything up to it is rejected.
+    // The largest p(k) at or below k rate / m; all p-values up to it are rejected.
     let threshold = sorted.iter().enumerate().rev().find(|&(k, &p)| p <= (k + 1) as f64 * rate / m);
     let Some((_, &threshold)) = threshold else {
         return vec![false; p.len()];
@@ -54,11 +55,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn levels_by_hand() {
+    fn levels_match_values_by_hand() {
         // 1 - 0.99^(1/192) = 5.234413e-5 in 40 digits, mpmath.
         assert!((sidak_level(0.01, 192) / 5.234_412_923_524_606e-5 - 1.0).abs() < 1e-14);
         assert!((sidak_p(sidak_level(0.01, 192), 192) / 0.01 - 1.0).abs() < 1e-13);
-        // Far below the precision of 1 - p the two corrections coincide.
+        // For p far below the precision of 1 - p, the two corrections are equal.
         assert!((sidak_p(1e-30, 1000) / 1e-27 - 1.0).abs() < 1e-13);
         assert_eq!((sidak_p(1.0, 5), sidak_p(0.0, 5), sidak_level(0.01, 0)), (1.0, 0.0, sidak_level(0.01, 1)));
         assert_eq!((bonferroni_level(0.01, 4), bonferroni_p(0.1, 4), bonferroni_p(0.4, 4)), (0.0025, 0.4, 1.0));
@@ -89,7 +90,7 @@ mod tests {
 
     #[test]
     fn false_discoveries_stay_below_the_rate() {
-        // All nulls true: a discovery at all is a false one, and happens with probability exactly `rate`.
+        // All null hypotheses are true, so every discovery is false. The probability of any is exactly `rate`.
         let mut draws = Draws::new(7);
         let mut any = || {
             let p: Vec<f64> = (0..20).map(|_| draws.uniform()).collect();

@@ -1,9 +1,9 @@
-//! The standard normal distribution, as far as the tests here need it.
+//! The standard normal distribution.
 
 use statrs::function::erf::{erfc, erfc_inv};
 use std::f64::consts::SQRT_2;
 
-/// Φ(z), the probability of a standard normal below `z`.
+/// Φ(z), the probability that a standard normal variable is below `z`.
 #[must_use]
 pub fn cdf(z: f64) -> f64 {
     0.5 * erfc(-z / SQRT_2)
@@ -21,8 +21,8 @@ pub fn two_sided_p(z: f64) -> f64 {
     erfc(z.abs() / SQRT_2)
 }
 
-/// The z >= 0 with P(|Z| > z) = `p`, for p in \[0, 1\]. A p below the smallest normal double is taken as that, so that
-/// z is finite, at most 37.5.
+/// The z >= 0 with P(|Z| > z) = `p`, for p in \[0, 1\]. A p below the smallest normal double is replaced by that, so z
+/// is at most 37.5.
 #[must_use]
 pub fn two_sided_z(p: f64) -> f64 {
     SQRT_2 * erfc_inv(p.max(f64::MIN_POSITIVE))

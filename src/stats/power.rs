@@ -1,28 +1,28 @@
-//! What a two-sided t test would have seen: the smallest difference that it detects.
+//! The power of a two-sided t test: the smallest difference that it detects.
 //!
-//! A test that rejects nothing has shown something only if it could have rejected. All of this uses the normal
-//! approximation to the noncentral t distribution of Abramowitz and Stegun 1964, eq. 26.7.10,
-//! P(T' <= t) ≈ Φ((t (1 - 1/4ν) - δ) / √(1 + t²/2ν)), whose power is within 0.11/ν of
-//! the exact one from 7 degrees of freedom on, and within 0.003 where it exceeds 0.9.
+//! A test without rejections is informative only if it had enough power. The functions use the normal approximation to
+//! the noncentral t distribution of Abramowitz and Stegun 1964, eq. 26.7.10, P(T' <= t) ≈ Φ((t (1 - 1/4ν) - δ) / √(1 +
+//! t²/2ν)), whose power is within 0.11/ν of the exact power for at least 7 degrees of freedom, and within 0.003 where
+//! the power exceeds 0.9.
 
 use super::{normal, student};
 
 /// The smallest difference that a two-sided t test at `level` rejects with probability `power` (in (0.5, 1)).
 ///
-/// The far tail is neglected: it adds less than level/2 to the power.
+/// The far tail is neglected; it adds less than level/2 to the power.
 #[must_use]
 pub fn detectable_difference(std_error: f64, dof: f64, level: f64, power: f64) -> f64 {
     let (centre, width) = rejection_edge(dof, level);
     std_error * (centre + width * normal::quantile(power))
 }
 
-/// [`detectable_difference`] relative to |`mean`|; `None` when the mean is 0, to which nothing is relative.
+/// [`detectable_difference`] relative to |`mean`|; `None` if the mean is 0.
 #[must_use]
 pub fn detectable_bias(mean: f64, std_error: f64, dof: f64, level: f64, power: f64) -> Option<f64> {
     (mean != 0.0).then(|| detectable_difference(std_error, dof, level, power) / mean.abs())
 }
 
-/// Where the rejection region begins, in standard errors, and how wide its edge is: t (1 - 1/4ν) and √(1 + t²/2ν).
+/// The start of the rejection region in standard errors, and the width of its edge: t (1 - 1/4ν) and √(1 + t²/2ν).
 fn rejection_edge(dof: f64, level: f64) -> (f64, f64) {
     let t = student::two_sided_t(level, dof);
     (t * (1.0 - 0.25 / dof), (1.0 + 0.5 * t * t / dof).sqrt())
@@ -34,10 +34,10 @@ mod tests {
     use super::super::{Estimate, Moments, Welch, binomial};
     use super::*;
 
-    /// The probability that a two-sided t test at `level` rejects when the true difference is `difference`.
+    /// The probability that a two-sided t test at `level` rejects if the true difference is `difference`.
     ///
-    /// `std_error` is that of the difference, in the same units; `dof` are its degrees of freedom, above 0 and possibly
-    /// infinite (a z test). An exact difference (zero standard error) is seen always, unless it is 0.
+    /// `std_error` is the standard error of the difference, in the same units. `dof` is its degrees of freedom, above 0
+    /// and possibly infinite (a z test). An exact difference (zero standard error) is always detected unless it is 0.
     fn power(difference: f64, std_error: f64, dof: f64, level: f64) -> f64 {
         if std_error == 0.0 {
             return f64::from(difference != 0.0);
@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn the_detectable_difference_by_hand() {
+    fn the_detectable_difference_matches_a_value_by_hand() {
         // (2.575829 + 1.644854)² = 17.814161, and 2 · 17.814161 · (0.02 / 0.005)² = 570.053 samples a side.
         let std_error = 0.02 * (2.0 / 570.053_f64).sqrt();
         let bias = detectable_difference(std_error, f64::INFINITY, 0.01, 0.95);
@@ -95,21 +95,22 @@ mod tests {
     }
 
     #[test]
-    fn a_bias_of_half_a_percent_is_found_as_often_as_promised() {
-        // Sub-renders with a relative deviation of 2 %: 16 a side find 0.5 % rarely, 40 sometimes, 120 mostly.
+    fn a_bias_of_half_a_percent_is_detected_with_the_predicted_power() {
+        // Sub-renders with a relative deviation of 2 %: with 16 per side, 0.5 % is detected rarely, with 40 sometimes,
+        // with 120 mostly.
         const LEVEL: f64 = 0.05;
         const TRIALS: u64 = 2000;
         let mut draws = Draws::new(8);
         for batches in [16, 40, 120] {
-            let promised = power(0.005, 0.02 * (2.0 / f64::from(batches)).sqrt(), f64::from(2 * batches - 2), LEVEL);
+            let predicted = power(0.005, 0.02 * (2.0 / f64::from(batches)).sqrt(), f64::from(2 * batches - 2), LEVEL);
             let mut side = |mean: f64| {
                 let moments: Moments = (0..batches).map(|_| mean * (1.0 + 0.02 * draws.normal())).collect();
                 Estimate::from_moments(&moments).unwrap()
             };
             let mut found = || Welch::test(&side(0.3 * 1.005), &side(0.3)).p <= LEVEL;
             let count = (0..TRIALS).filter(|_| found()).count() as u64;
-            assert!(binomial::at_least_p(count, TRIALS, promised) > 0.005, "{batches}: {count}, {promised}");
-            assert!(binomial::at_most_p(count, TRIALS, promised) > 0.005, "{batches}: {count}, {promised}");
+            assert!(binomial::at_least_p(count, TRIALS, predicted) > 0.005, "{batches}: {count}, {predicted}");
+            assert!(binomial::at_most_p(count, TRIALS, predicted) > 0.005, "{batches}: {count}, {predicted}");
         }
     }
 }

@@ -1,29 +1,29 @@
-//! A power law through measurements: the straight line of ln y over ln x, with the uncertainty of its slope.
+//! Fits of power laws: a straight line of ln y over ln x, with the uncertainty of its slope.
 //!
-//! Weighted least squares with known standard errors, Press et al. 2007, "Numerical Recipes", section 15.2: the weights are
-//! 1/var(ln y) = (y/se)², the covariance is (AᵀWA)⁻¹ as it stands. It is not scaled by the residuals: they are tested instead,
-//! because a curve that is no line would hide in a wider interval.
+//! Weighted least squares with known standard errors, Press et al. 2007, "Numerical Recipes", section 15.2: the weights
+//! are 1/var(ln y) = (y/se)², and the covariance is (AᵀWA)⁻¹. The covariance is not scaled by the residuals, because a
+//! curve that is not a line would only widen the interval. The residuals are tested instead.
 //!
-//! Standard errors are themselves estimates, of few degrees of freedom each when they come from few runs. So the interval
-//! takes Student's t with the degrees of freedom of Welch and Satterthwaite, and a residual over its error, which is t, is
-//! taken to the normal of the same tail probability before it is squared: Alexander and Govern 1994, "A New and Simpler
-//! Approximation for ANOVA Under Variance Heterogeneity". Infinite degrees of freedom leave the textbook's formulas.
+//! Standard errors from few runs are estimates with few degrees of freedom. The interval therefore uses Student's t
+//! with Welch-Satterthwaite degrees of freedom. A residual over its standard error is t-distributed; it is mapped to a
+//! z-score of the same tail probability before it is squared: Alexander and Govern 1994, "A New and Simpler
+//! Approximation for ANOVA Under Variance Heterogeneity". Infinite degrees of freedom give the textbook formulas.
 
 use serde::{Deserialize, Serialize};
 
 use super::{Chi2, float, multiple, normal, student};
 
-/// The chance that an interval does not hold the truth, where no other is said.
+/// The default probability that an interval misses the true value.
 pub const OUTSIDE: f64 = 0.05;
 
-/// What is asked of a fit that is to bear out a prediction.
+/// The criteria for a fit to confirm a prediction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FitCriteria {
-    /// The chance that the interval misses a slope that is right.
+    /// The probability that the interval misses the true slope.
     pub outside: f64,
-    /// The interval must reach less than this to either side, or it decides nothing.
+    /// The maximum half-width of the interval; a fit with a wider interval is inconclusive.
     pub widest: f64,
-    /// The residuals are too large if their p is not above this.
+    /// The level of the residual test: the residuals are too large if their p is at most this.
     pub level: f64,
 }
 
@@ -34,8 +34,9 @@ impl Default for FitCriteria {
 }
 
 impl FitCriteria {
-    /// The same, shared by so many predictions: if all are right, the chances that any fails stay what they are for one
-    /// (Šidák 1967). Intervals become wider by that, and have to be narrow enough all the same.
+    /// The criteria for each of several predictions, with Šidák-corrected probabilities (Šidák 1967): if all
+    /// predictions are correct, the probability that any fails is that of one prediction. This widens the intervals,
+    /// but their maximum half-width stays the same.
     #[must_use]
     pub fn shared(self, predictions: usize) -> Self {
         let each = |alpha| multiple::sidak_level(alpha, predictions.max(1));
@@ -43,12 +44,12 @@ impl FitCriteria {
     }
 }
 
-/// A measured point of a curve.
+/// A measured point of a curve, with the standard error of y.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Point {
-    /// Where.
+    /// The abscissa.
     pub x: f64,
-    /// What was found there.
+    /// The measured value.
     pub y: f64,
     /// The standard error of y.
     pub std_error: f64,
@@ -66,26 +67,26 @@ pub struct Slope {
     pub std_error: f64,
     /// Half the width of its 95 % interval.
     pub half_width: f64,
-    /// Where the line has its anchor: the weighted mean of ln x, at which slope and level are independent.
+    /// The weighted mean of ln x, at which slope and level are uncorrelated.
     pub anchor: f64,
-    /// ln y there.
+    /// The line's ln y at the anchor.
     pub level: f64,
     /// The standard error of the level.
     pub level_error: f64,
     /// The degrees of freedom of the interval.
     #[serde(with = "float")]
     pub dof: f64,
-    /// How many points there are.
+    /// The number of points.
     pub points: usize,
-    /// Whether the scatter about the line is that of the errors.
+    /// The test that the residuals are consistent with the standard errors.
     pub residuals: Chi2,
 }
 
 impl Slope {
-    /// The line through points with known or estimated standard errors.
+    /// Fits a line to points with known or estimated standard errors.
     ///
-    /// `None` below three points, if all x are the same, or if a value is not above 0 and finite: it has no logarithm, or
-    /// no weight.
+    /// `None` for fewer than three points, if all x are equal, or if an x, y or standard error is not positive and
+    /// finite.
     #[must_use]
     pub fn weighted(points: &[Point]) -> Option<Self> {
         let positive = |x: f64| x > 0.0 && x.is_finite();
@@ -96,9 +97,10 @@ impl Slope {
         let error = |p: &Point| p.std_error / p.y;
         let line = Line::through(points.iter().map(|p| (p.x.ln(), p.y.ln(), error(p).powi(-2))))?;
         let std_error = line.spread.recip().sqrt();
-        // The slope is a weighted sum of the ln y; each term's share of its variance counts for the degrees of freedom.
-        let share = |p: &Point| (p.x.ln() - line.anchor).powi(2) * error(p).powi(-2) / line.spread;
-        let dof = points.iter().map(|p| share(p).powi(2) / p.dof).sum::<f64>().recip();
+        // The slope is a weighted sum of the ln y. Each term contributes to the degrees of freedom by its fraction of
+        // the variance.
+        let fraction = |p: &Point| (p.x.ln() - line.anchor).powi(2) * error(p).powi(-2) / line.spread;
+        let dof = points.iter().map(|p| fraction(p).powi(2) / p.dof).sum::<f64>().recip();
         let residual = |p: &Point| standard((p.y.ln() - line.at(p.x.ln())) / error(p), p.dof);
         let z: Vec<f64> = points.iter().map(residual).collect();
         Some(Self {
@@ -126,20 +128,20 @@ impl Slope {
         self.level_error.hypot(self.std_error * (x.ln() - self.anchor))
     }
 
-    /// Half the width of the interval that misses the truth with such a chance.
+    /// Half the width of the interval that misses the true slope with probability `outside`.
     #[must_use]
     pub fn half_width(&self, outside: f64) -> f64 {
         self.std_error * student::two_sided_t(outside, self.dof)
     }
 
-    /// Whether nothing speaks against a straight line at the level.
+    /// Whether the residual test does not reject a straight line at the level.
     #[must_use]
     pub fn is_straight(&self, level: f64) -> bool {
         self.residuals.p > level
     }
 }
 
-/// A straight line through weighted points, in the form whose two parameters are independent.
+/// A straight line through weighted points, with uncorrelated parameters.
 struct Line {
     slope: f64,
     anchor: f64,
@@ -166,12 +168,12 @@ impl Line {
     }
 }
 
-/// Takes a t to the normal of the same tail.
+/// Maps a t-distributed value to a z-score with the same tail probability.
 pub(super) fn standard(t: f64, dof: f64) -> f64 {
     if dof.is_infinite() { t } else { normal::two_sided_z(student::two_sided_p(t, dof)).copysign(t) }
 }
 
-/// The test that standard residuals have left so many degrees of freedom to a fit.
+/// The chi-square test of standardized residuals of a fit with `parameters` parameters.
 pub(super) fn scatter(z: &[f64], parameters: usize) -> Chi2 {
     Chi2::of_squares(z.iter().map(|z| z * z).sum(), z.len().saturating_sub(parameters))
 }
@@ -187,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn agrees_with_a_textbook() {
+    fn agrees_with_scipy() {
         // scipy 1.17.1: curve_fit(lambda x, a, b: a + b * x, log(x), log(y), sigma=se / y, absolute_sigma=True).
         let points = [known(1.0, 2.0, 0.1), known(2.0, 1.5, 0.06), known(4.0, 0.9, 0.05), known(8.0, 0.75, 0.02)];
         let fit = Slope::weighted(&points).unwrap();
@@ -206,7 +208,8 @@ mod tests {
         let points = [(1.0, 1.0, 0.02, 7.0), (4.0, 0.52, 0.02, 15.0), (16.0, 0.25, 0.01, 3.0)];
         let points = points.map(|(x, y, std_error, dof)| Point { x, y, std_error, dof });
         let fit = Slope::weighted(&points).unwrap();
-        // What moves one ln y by its error moves the slope by so much: (Σ m²)² / Σ m⁴/ν, Satterthwaite 1946.
+        // With m the change of the slope when one ln y changes by its error: dof = (Σ m²)² / Σ m⁴/ν, Satterthwaite
+        // 1946.
         let moved = |i: usize| {
             let mut moved = points;
             let factor = (1e-6_f64).exp();
@@ -222,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn predictions_share_the_chance_to_fail() {
+    fn criteria_of_several_predictions_are_sidak_corrected() {
         let shared = FitCriteria::default().shared(5);
         assert!(((1.0 - shared.outside).powi(5) - 0.95).abs() < 1e-12);
         assert!(((1.0 - shared.level).powi(5) - 0.99).abs() < 1e-12);
@@ -233,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_logarithm_has_no_line() {
+    fn invalid_points_are_not_fitted() {
         let good = [known(1.0, 1.0, 0.1), known(2.0, 0.5, 0.1), known(4.0, 0.3, 0.1)];
         assert!(Slope::weighted(&good).is_some() && Slope::weighted(&good[1..]).is_none());
         let same = good.map(|p| Point { x: 2.0, ..p });
@@ -247,8 +250,8 @@ mod tests {
         }
     }
 
-    /// Points of the law y = 3 x^-½ exp(bend ln² x) with relative errors that differ by four, each the mean of so many draws; known errors if
-    /// there are none.
+    /// Points of the law y = 3 x^-½ exp(bend ln² x) with relative errors that differ by up to a factor of 4. Each y is
+    /// the mean of `seeds` normal variates; the errors are known if `seeds` is None.
     fn simulated(draws: &mut Draws, seeds: Option<u32>, bend: f64) -> Vec<Point> {
         let law = |x: f64| 3.0 * x.powf(-0.5) * (bend * x.ln().powi(2)).exp();
         let point = |(i, x): (usize, f64)| {
@@ -261,7 +264,7 @@ mod tests {
         [1.0, 4.0, 16.0, 64.0, 256.0, 1024.0].into_iter().enumerate().map(point).collect()
     }
 
-    /// The shares of fits whose interval misses the slope, and whose residuals are refused at 5 %.
+    /// The fraction of fits whose interval misses the slope, and of those whose residuals are rejected at 5 %.
     fn failures(seeds: Option<u32>, bend: f64, trials: u32) -> [f64; 2] {
         let mut draws = Draws::new(11);
         let mut count = [0.0; 2];
@@ -278,28 +281,29 @@ mod tests {
 
     #[test]
     fn intervals_and_residuals_keep_their_levels() {
-        // Four standard errors of a share of 5 % of 6,000.
+        // Four standard errors of a proportion of 5 % in 6,000 trials.
         let margin = 4.0 * (0.05 * 0.95 / 6000.0_f64).sqrt();
         let [missed, bent] = failures(None, 0.0, 6000);
         assert!((missed - 0.05).abs() < margin && (bent - 0.05).abs() < margin, "{missed}, {bent}");
     }
 
     #[test]
-    fn errors_from_sixteen_runs_nearly_keep_them_too() {
-        // Weights that are estimated cost a little: at most three points of coverage, which is what the studies are told.
+    fn errors_from_sixteen_runs_nearly_keep_the_levels() {
+        // Estimated weights reduce the coverage by at most three percentage points, as the documentation of studies
+        // states.
         let [missed, bent] = failures(Some(16), 0.0, 6000);
         assert!((0.04..0.08).contains(&missed) && (0.03..0.08).contains(&bent), "{missed}, {bent}");
     }
 
     #[test]
-    fn a_curve_is_no_line() {
+    fn a_curve_is_rejected_as_a_line() {
         let [_, bent] = failures(None, 0.01, 400);
         assert!(bent > 0.99, "{bent}");
     }
 
     proptest! {
         #[test]
-        fn units_do_not_matter(slope in -2.0..2.0_f64, scale in 1e-6..1e6_f64, unit in 1e-6..1e6_f64, noise in prop::collection::vec(-1.0..1.0, 5)) {
+        fn fits_do_not_depend_on_units(slope in -2.0..2.0_f64, scale in 1e-6..1e6_f64, unit in 1e-6..1e6_f64, noise in prop::collection::vec(-1.0..1.0, 5)) {
             let law = |(i, noise): (usize, &f64)| {
                 let x = 2_f64.powi(i as i32);
                 known(x, x.powf(slope) * (1.0 + 0.1 * noise), 0.05 * x.powf(slope))
@@ -312,7 +316,7 @@ mod tests {
         }
 
         #[test]
-        fn exact_laws_are_found(slope in -2.0..2.0_f64, level in 1e-3..1e3_f64) {
+        fn exact_power_laws_are_recovered(slope in -2.0..2.0_f64, level in 1e-3..1e3_f64) {
             let points = [1.0, 3.0, 10.0, 40.0].map(|x: f64| known(x, level * x.powf(slope), 0.01 * level * x.powf(slope)));
             let fit = Slope::weighted(&points).unwrap();
             prop_assert!((fit.slope - slope).abs() < 1e-12 && (fit.at(7.0) / (level * 7_f64.powf(slope)) - 1.0).abs() < 1e-10);

@@ -12,15 +12,15 @@ pub fn luminance(rgb: [f64; 3]) -> f64 {
     LUMINANCE.iter().zip(rgb).map(|(weight, channel)| weight * channel).sum()
 }
 
-/// How an image of `width` × `height` pixels, row by row, is cut into tiles of `size` × `size` pixels, row by row.
-/// The last column and the last row of tiles may be narrower.
+/// A division of an image of `width` × `height` pixels into tiles of `size` × `size` pixels, both row by row. The last
+/// column and the last row of tiles may be smaller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tiling {
-    /// Pixels across.
+    /// The width of the image in pixels.
     pub width: usize,
-    /// Pixels down.
+    /// The height of the image in pixels.
     pub height: usize,
-    /// Pixels along the side of a tile, at least 1.
+    /// The side of a tile in pixels, at least 1.
     pub size: usize,
 }
 
@@ -37,17 +37,17 @@ impl Tiling {
         self.height.div_ceil(self.size)
     }
 
-    /// The tile that holds the pixel with this index.
+    /// The index of the tile that contains the pixel with this index.
     #[must_use]
     pub fn tile_of(&self, pixel: usize) -> usize {
         let (x, y) = (pixel % self.width, pixel / self.width);
         y / self.size * self.columns() + x / self.size
     }
 
-    /// How many of the pixels marked in `mask` each tile holds: the weights for [`TiledMeans::from_batches`].
+    /// The number of pixels in each tile that are set in `mask`: the weights for [`TiledMeans::from_batches`].
     ///
     /// # Errors
-    /// If `mask` is not one flag a pixel.
+    /// If `mask` does not have one entry per pixel.
     pub fn counts(&self, mask: &[bool]) -> Result<Vec<u32>, TilesError> {
         self.check("mask", mask.len())?;
         let mut counts = vec![0; self.columns() * self.rows()];
@@ -57,11 +57,11 @@ impl Tiling {
         Ok(counts)
     }
 
-    /// The mean over the marked pixels of each tile, NaN in a tile without any: a batch for
+    /// The mean over the masked-in pixels of each tile, NaN in a tile without any: a batch for
     /// [`TiledMeans::from_batches`].
     ///
     /// # Errors
-    /// If `pixels` or `mask` are not one a pixel.
+    /// If `pixels` or `mask` does not have one entry per pixel.
     pub fn means(&self, pixels: &[[f64; 3]], mask: &[bool]) -> Result<Vec<[f64; 3]>, TilesError> {
         self.check("pixels", pixels.len())?;
         let counts = self.counts(mask)?;
@@ -78,7 +78,7 @@ impl Tiling {
     }
 }
 
-/// One side of a comparison: an image reduced to tiles, with the uncertainty of every mean.
+/// An image reduced to tiles, with the uncertainty of every mean: one side of a comparison.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TiledMeans {
     /// Tiles across.
@@ -89,7 +89,7 @@ pub struct TiledMeans {
     pub tiles: Vec<Option<[Estimate; 3]>>,
     /// The BT.709 luminance of each tile; `None` where the tile is masked out.
     pub luminance: Vec<Option<Estimate>>,
-    /// Red, green and blue over all pixels that are not masked out, each pixel counting the same.
+    /// Red, green and blue over all pixels that are not masked out, with equal weight for each pixel.
     pub global: [Estimate; 3],
 }
 
@@ -100,37 +100,37 @@ pub struct PixelMeans<'a> {
     pub mean: &'a [[f64; 3]],
     /// The variance of each of those means, in squared units.
     pub variance_of_mean: &'a [[f64; 3]],
-    /// Which pixels to use: those that are estimated. The others belong in a tolerance test.
+    /// The pixels to use: those that are estimated. Compare the others by a tolerance.
     pub mask: &'a [bool],
-    /// Degrees of freedom of each variance: samples a pixel - 1.
+    /// The degrees of freedom of each variance: the number of samples per pixel minus 1.
     pub dof: f64,
 }
 
-/// What is wrong with the input of a reduction to tiles.
+/// An error in the input of a reduction to tiles.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum TilesError {
     /// A slice does not have one entry for each pixel or tile.
     #[error("{what}: {found} entries where {expected} are needed")]
     Length {
-        /// Which slice.
+        /// The name of the slice.
         what: &'static str,
-        /// How many entries it should have.
+        /// The expected number of entries.
         expected: usize,
-        /// How many it has.
+        /// Its number of entries.
         found: usize,
     },
-    /// Scatter between batches needs at least two.
-    #[error("{0} sub-render(s) show no scatter: at least 2 are needed")]
+    /// Variances need at least two batches.
+    #[error("{0} sub-render(s) give no variance: at least 2 are needed")]
     TooFewBatches(usize),
 }
 
 impl TiledMeans {
-    /// From K >= 2 independent sub-renders, each reduced to `columns` × `rows` tile means in linear RGB.
+    /// The tiles of K >= 2 independent sub-renders, each reduced to `columns` × `rows` tile means in linear RGB.
     ///
-    /// Variances come from the scatter between the sub-renders alone, so nothing is assumed about the film: filters
-    /// and samplers that correlate pixels are accounted for. Global means weigh each tile by `weights`, its number of
-    /// used pixels. A tile is masked out when its weight is 0 or any sub-render holds a NaN there; a verdict
-    /// refuses to compare sides whose masks differ, so a NaN that only one renderer makes does not pass unseen.
+    /// Variances come only from the scatter between sub-renders, so they are correct even if filters or samplers
+    /// correlate pixels. Global means weight each tile by `weights`, its number of used pixels. A tile is masked out if
+    /// its weight is 0 or any sub-render has a NaN there. A verdict rejects sides with different masks, so a NaN of one
+    /// renderer is an error.
     ///
     /// # Errors
     /// If there are fewer than two batches, or lengths differ from `columns` × `rows`.
@@ -168,14 +168,14 @@ impl TiledMeans {
         })
     }
 
-    /// From one image with variances, on the assumption that its pixels are independent (box filter, independent
+    /// The tiles of one image with variances, assuming that its pixels are independent (box filter, independent
     /// sampler, no photons shared between pixels).
     ///
-    /// The correlation of the channels within a pixel is not known here, so the variance of the luminance is its upper
-    /// bound, that of perfectly correlated channels: exact for grey noise, cautious otherwise.
+    /// The correlation of the channels within a pixel is unknown, so the variance of the luminance is an upper bound,
+    /// that of perfectly correlated channels. It is exact for grey noise and conservative otherwise.
     ///
     /// # Errors
-    /// If a slice is not one entry a pixel.
+    /// If a slice does not have one entry per pixel.
     pub fn from_pixels(tiling: &Tiling, pixels: &PixelMeans<'_>) -> Result<Self, TilesError> {
         tiling.check("mean", pixels.mean.len())?;
         tiling.check("variance of the mean", pixels.variance_of_mean.len())?;
@@ -207,9 +207,9 @@ impl TiledMeans {
     }
 }
 
-/// The mean over the batches of a number that each shows, by its scatter between them.
-fn scatter(batches: &[Vec<[f64; 3]>], number: impl Fn(&[[f64; 3]]) -> f64) -> Estimate {
-    let moments: Moments = batches.iter().map(|batch| number(batch)).collect();
+/// The estimate of a quantity of each batch, with the variance from the scatter between batches.
+fn scatter(batches: &[Vec<[f64; 3]>], quantity: impl Fn(&[[f64; 3]]) -> f64) -> Estimate {
+    let moments: Moments = batches.iter().map(|batch| quantity(batch)).collect();
     Estimate::from_moments(&moments).expect("there are at least two batches")
 }
 
@@ -254,14 +254,14 @@ mod tests {
     const TILING: Tiling = Tiling { width: 5, height: 3, size: 2 };
 
     #[test]
-    fn pixels_fall_into_tiles_row_by_row() {
+    fn tiles_contain_pixels_row_by_row() {
         assert_eq!((TILING.columns(), TILING.rows()), (3, 2));
         let tiles: Vec<usize> = (0..15).map(|pixel| TILING.tile_of(pixel)).collect();
         assert_eq!(tiles, [0, 0, 1, 1, 2, 0, 0, 1, 1, 2, 3, 3, 4, 4, 5]);
     }
 
     #[test]
-    fn tile_means_use_the_marked_pixels_only() {
+    fn tile_means_use_only_masked_in_pixels() {
         let pixels: Vec<[f64; 3]> = (0..15).map(|i| [f64::from(i), 1.0, 2.0 * f64::from(i)]).collect();
         let mut mask = vec![true; 15];
         for pixel in [0, 4, 9] {
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn batches_by_hand() {
+    fn estimates_from_batches_match_values_by_hand() {
         // Two batches, two used tiles of weights 3 and 1, one tile masked by its weight and one by a NaN.
         let batches = [
             vec![[1.0, 2.0, 4.0], [5.0, 0.0, 0.0], [9.0; 3], [1.0; 3]],
@@ -288,27 +288,27 @@ mod tests {
         assert_eq!(side.luminance[2..], [None, None]);
         // (3·1 + 5)/4 = 2 and (3·3 + 1)/4 = 2.5.
         assert_eq!(side.global[0], Estimate { mean: 2.25, variance_of_mean: 0.0625, dof: 1.0 });
-        // The channels move against each other, so the luminance scatters less than they do.
+        // The channels are anticorrelated, so the luminance has less variance than they have.
         let luminance = side.luminance[0].unwrap();
         let half_step = 0.5 * (0.2126 * 2.0 - 0.0722 * 4.0);
         assert!((luminance.variance_of_mean - half_step * half_step).abs() < 1e-15);
     }
 
     #[test]
-    fn wrong_shapes_are_refused() {
+    fn wrong_lengths_are_rejected() {
         let batch = || vec![[1.0; 3]; 4];
-        let refused = |batches: &[Vec<[f64; 3]>], weights: &[u32]| {
+        let rejected = |batches: &[Vec<[f64; 3]>], weights: &[u32]| {
             TiledMeans::from_batches(2, 2, batches, weights).unwrap_err().to_string()
         };
-        assert_eq!(refused(&[batch()], &[1; 4]), "1 sub-render(s) show no scatter: at least 2 are needed");
-        assert_eq!(refused(&[batch(), batch()], &[1; 3]), "weights: 3 entries where 4 are needed");
-        assert_eq!(refused(&[batch(), vec![]], &[1; 4]), "batch: 0 entries where 4 are needed");
+        assert_eq!(rejected(&[batch()], &[1; 4]), "1 sub-render(s) give no variance: at least 2 are needed");
+        assert_eq!(rejected(&[batch(), batch()], &[1; 3]), "weights: 3 entries where 4 are needed");
+        assert_eq!(rejected(&[batch(), vec![]], &[1; 4]), "batch: 0 entries where 4 are needed");
         assert!(TILING.means(&batch(), &[true; 15]).is_err() && TILING.counts(&[true; 4]).is_err());
     }
 
     #[test]
     fn independent_pixels_agree_with_batches() {
-        // The same 400 grey sub-renders, once through their scatter and once through pixel variances.
+        // The same 400 grey sub-renders, once by their scatter and once by pixel variances.
         let (tiling, mut draws) = (Tiling { width: 8, height: 4, size: 4 }, Draws::new(9));
         let mut mask = vec![true; 32];
         mask[3] = false;
@@ -341,7 +341,7 @@ mod tests {
         };
         for (a, b) in flat(&scatter).iter().zip(flat(&independent)) {
             assert!((a.mean - b.mean).abs() < 1e-12 * a.mean.abs());
-            // The scatter of 400 knows a variance to √(2/399) = 7 %: four standard errors.
+            // A variance from 400 renders has a relative standard error of √(2/399) = 7 %; the bound is four of them.
             assert!((a.variance_of_mean / b.variance_of_mean - 1.0).abs() < 0.28, "{a:?} {b:?}");
             assert!(b.dof > 399.0 && b.dof <= 31.0 * 399.0 + 1e-6, "{b:?}");
         }

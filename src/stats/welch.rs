@@ -1,4 +1,4 @@
-//! Welch's test: do two means differ, each with its own variance?
+//! Welch's test of the difference of two means with unequal variances.
 
 use super::{Estimate, student};
 use serde::{Deserialize, Serialize};
@@ -15,21 +15,21 @@ pub struct Welch {
     /// Standard error of the difference.
     #[serde(with = "super::float")]
     pub std_error: f64,
-    /// difference / `std_error`; 0 or ±infinity when the standard error is 0.
+    /// difference / `std_error`; 0 or ±infinity if the standard error is 0.
     #[serde(with = "super::float")]
     pub t: f64,
     /// Welch-Satterthwaite degrees of freedom.
     #[serde(with = "super::float")]
     pub dof: f64,
-    /// Probability of a |t| this large when the means are equal.
+    /// The probability of a |t| at least this large if the means are equal.
     pub p: f64,
 }
 
 impl Welch {
     /// Tests `ours` against `reference`.
     ///
-    /// One side may be exact (zero variance). When both are, equal means answer t = 0, p = 1 and different means
-    /// t = ±infinity, p = 0. When a mean or a variance is infinite or NaN, nothing can agree with it: p = 0.
+    /// One side may be exact (zero variance). If both are exact, equal means give t = 0 and p = 1, and different means
+    /// give t = ±infinity and p = 0. If a mean or a variance is infinite or NaN, p is 0.
     ///
     /// # Panics
     /// If a side of non-zero variance has no degrees of freedom.
@@ -51,21 +51,21 @@ impl Welch {
         Self { difference, std_error, t, dof, p: student::two_sided_p(t, dof) }
     }
 
-    /// Whether both sides were exact and equal, so that nothing was tested.
+    /// Whether both sides are exact and equal, so the test is vacuous.
     #[must_use]
     pub fn is_vacuous(&self) -> bool {
         self.std_error == 0.0 && self.difference == 0.0
     }
 }
 
-/// (v₁ + v₂)² / (v₁²/d₁ + v₂²/d₂), Welch 1947, in shares of the variance so that nothing underflows.
+/// (v₁ + v₂)² / (v₁²/d₁ + v₂²/d₂), Welch 1947, with v relative to the total variance to avoid underflow.
 fn satterthwaite(a: &Estimate, b: &Estimate) -> f64 {
     let variance = a.variance_of_mean + b.variance_of_mean;
     if variance == 0.0 {
         return f64::INFINITY;
     }
-    let share = |side: &Estimate| (side.variance_of_mean / variance).powi(2) / side.dof;
-    1.0 / (share(a) + share(b))
+    let term = |side: &Estimate| (side.variance_of_mean / variance).powi(2) / side.dof;
+    1.0 / (term(a) + term(b))
 }
 
 #[cfg(test)]
@@ -88,7 +88,7 @@ mod tests {
         assert!((welch.dof - 26.952_746_503_270_294).abs() < 1e-11, "{welch:?}");
         assert!((welch.p / 0.011_616_192_002_630_83 - 1.0).abs() < 1e-10, "{welch:?}");
 
-        // scipy 1.17.1: ttest_1samp(a, 20): an exact reference leaves the one-sample test.
+        // scipy 1.17.1: ttest_1samp(a, 20): with an exact reference it is the one-sample test.
         let welch = Welch::test(&estimate(a), &Estimate::exact(20.0));
         assert!((welch.t - 1.132_251_950_739_545).abs() < 1e-12, "{welch:?}");
         assert_eq!(welch.dof, 14.0);
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn exact_sides_have_defined_answers() {
+    fn exact_sides_have_defined_results() {
         let exact = Estimate::exact;
         let equal = Welch::test(&exact(2.0), &exact(2.0));
         assert_eq!((equal.t, equal.p, equal.is_vacuous()), (0.0, 1.0, true));
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_agrees_with_what_is_not_finite() {
+    fn values_that_are_not_finite_are_rejected() {
         let sane = estimate([1.0, 2.0, 3.0]);
         for bad in [f64::NAN, f64::INFINITY] {
             assert_eq!(Welch::test(&Estimate { mean: bad, ..sane }, &sane).p, 0.0);
@@ -126,8 +126,9 @@ mod tests {
 
     #[test]
     fn p_values_are_uniform_when_the_means_are_equal() {
-        // Few degrees of freedom on purpose: a wrong dof or a normal tail is 10 % wrong here. Equal variances and
-        // sizes, where Welch's t is Student's up to the estimated dof; then an exact second side, where it is exact.
+        // With few degrees of freedom, a wrong dof or a normal tail changes p by 10 %. The first case has equal
+        // variances and sizes, where Welch's t is Student's up to the estimated dof. The second has an exact reference,
+        // where the t distribution is exact.
         for (seed, exact_reference) in [(1, false), (2, true)] {
             let mut draws = Draws::new(seed);
             let p: Vec<f64> = (0..8000)

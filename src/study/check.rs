@@ -227,12 +227,12 @@ fn check_fit(study: &Study, fit: &Spanned<FitSpec>) -> Result<(), StudyError> {
 fn check_contest(study: &Study, comparison: &Spanned<ComparisonSpec>) -> Result<(), StudyError> {
     let (at, comparison) = (comparison.span().start, comparison.as_ref());
     names(study, &comparison.scenes, study.spec.scenes.as_ref().iter().map(SceneSpec::name), "scene")?;
-    for name in comparison.methods.as_ref().iter().chain(&comparison.lower) {
+    for name in comparison.methods.as_ref().iter().chain(&comparison.expected_lower) {
         if !study.spec.methods.as_ref().iter().any(|method| method.name.as_ref() == name) {
             return Err(study.fault(at, format!("no method is called \"{name}\"")));
         }
     }
-    if let Some(lower) = &comparison.lower
+    if let Some(lower) = &comparison.expected_lower
         && !comparison.methods.as_ref().contains(lower)
     {
         return Err(study.fault(at, format!("lower = \"{lower}\" is none of the two methods")));
@@ -291,6 +291,18 @@ mod tests {
     fn what_is_right_is_read() {
         let study = Study::parse(Path::new("a/s.toml"), study()).unwrap();
         assert_eq!((study.name.as_str(), study.title()), ("s", "t"));
+    }
+
+    #[test]
+    fn the_studies_of_the_project_are_read() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/studies");
+        let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let studies: Vec<_> =
+            files.filter(|file| file.extension().is_some_and(|extension| extension == "toml")).collect();
+        assert!(studies.len() > 5);
+        for file in studies {
+            Study::read(&file).unwrap();
+        }
     }
 
     #[test]

@@ -30,7 +30,8 @@ pub(super) struct MethodComparison {
     /// Whether neither line is refused by its residuals.
     pub(super) is_straight: bool,
     /// Which is predicted to be lower.
-    pub(super) lower: Option<String>,
+    #[serde(rename = "lower")]
+    pub(super) expected_lower: Option<String>,
     pub(super) holds: Option<bool>,
     pub(super) why: String,
 }
@@ -72,7 +73,7 @@ fn comparison(spec: &ComparisonSpec, scene: &str, cells: &[CellFound]) -> Method
         ratio,
         is_extrapolated,
         is_straight: pair.is_some_and(|(a, b)| a.is_straight(CURVED) && b.is_straight(CURVED)),
-        lower: spec.lower.clone(),
+        expected_lower: spec.expected_lower.clone(),
         holds: None,
         why: String::new(),
     };
@@ -93,7 +94,7 @@ fn shared(both: &[Vec<Point>; 2]) -> Option<[f64; 2]> {
 
 impl MethodComparison {
     fn judge(&mut self) {
-        let Some(lower) = &self.lower else { return };
+        let Some(lower) = &self.expected_lower else { return };
         let Some(ratio) = self.ratio else {
             self.holds = Some(false);
             "there are too few points for two lines, or no x that both cover".clone_into(&mut self.why);

@@ -34,14 +34,14 @@ struct Page<'s> {
     predictions: usize,
     failed: usize,
     /// What the predictions share.
-    criteria: Option<DemandView>,
+    criteria: Option<CriteriaView>,
     fits: Vec<FitView>,
-    comparisons: Vec<ContestView>,
+    comparisons: Vec<ComparisonView>,
     scenes: Vec<SceneView>,
 }
 
 #[derive(Debug, Serialize)]
-struct DemandView {
+struct CriteriaView {
     confidence: String,
     level: String,
 }
@@ -59,7 +59,7 @@ struct FitView {
 }
 
 #[derive(Debug, Serialize)]
-struct ContestView {
+struct ComparisonView {
     methods: String,
     scene: String,
     what: String,
@@ -152,12 +152,12 @@ impl<'s> Page<'s> {
             missing: evaluation.missing,
             predictions: verdicts.len(),
             failed: verdicts.iter().filter(|holds| !**holds).count(),
-            criteria: judged.map(|fit| DemandView {
+            criteria: judged.map(|fit| CriteriaView {
                 confidence: number::significant(100.0 * (1.0 - fit.criteria.outside), 4),
                 level: number::significant(fit.criteria.level, 2),
             }),
             fits: evaluation.fits.iter().map(FitView::new).collect(),
-            comparisons: evaluation.comparisons.iter().map(ContestView::new).collect(),
+            comparisons: evaluation.comparisons.iter().map(ComparisonView::new).collect(),
             scenes,
         }
     }
@@ -195,7 +195,7 @@ impl FitView {
     }
 }
 
-impl ContestView {
+impl ComparisonView {
     fn new(comparison: &MethodComparison) -> Self {
         let [a, b] = &comparison.methods;
         let masked = if comparison.masked { " in the mask" } else { "" };
@@ -204,7 +204,7 @@ impl ContestView {
             scene: comparison.scene.clone(),
             what: format!("{}{masked}", comparison.y.title()),
             found: comparison.words(),
-            predicted: comparison.lower.as_ref().map_or(String::new(), |lower| format!("{lower} is lower")),
+            predicted: comparison.expected_lower.as_ref().map_or(String::new(), |lower| format!("{lower} is lower")),
             verdict: Mark::of_prediction(comparison.holds),
             why: comparison.why.clone(),
         }

@@ -277,7 +277,7 @@ mod tests {
 
     const STUDY: &str = r#"
 title = "t"
-description = "a"
+about = "a"
 seeds = 3
 first_seed = 5
 [[scene]]

@@ -64,6 +64,7 @@ fn plain(path: &Path) -> PathBuf {
 #[serde(deny_unknown_fields)]
 pub(super) struct StudySpec {
     pub(super) title: String,
+    #[serde(rename = "about")]
     pub(super) description: String,
     /// Independent runs of a cell.
     pub(super) seeds: Spanned<u32>,
@@ -331,7 +332,8 @@ pub(super) struct ComparisonSpec {
     /// Where they are compared; the geometric middle of what both cover, if it is not given.
     pub(super) at: Option<f64>,
     /// Predicts which is the lower there.
-    pub(super) lower: Option<String>,
+    #[serde(rename = "lower")]
+    pub(super) expected_lower: Option<String>,
 }
 
 fn mse() -> Quantity {

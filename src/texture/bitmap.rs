@@ -5,11 +5,11 @@ use glam::{DAffine3, DVec2};
 use super::{TextureModel, picture_file};
 use crate::{
     math::Rgb,
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError, manual},
 };
 
-/// A picture on a surface. Its first row lies at `v = 0`. Pictures of 8 or 16 bits a channel are taken to be sRGB and
-/// are decoded, unless `raw` says that they hold plain numbers; an `OpenEXR` picture is linear as it is.
+/// A texture from an image file, whose first row lies at `v = 0`. Images with 8 or 16 bits per channel are decoded from
+/// sRGB unless `raw` is set. `OpenEXR` images are linear.
 #[derive(Clone, Debug)]
 pub struct Bitmap {
     width: usize,
@@ -30,29 +30,30 @@ enum Wrap {
 impl Described for Bitmap {
     const PLUGIN: Plugin = Plugin {
         category: Category::Texture,
+        manual: manual!("bitmap.rs": "Bitmap"),
         name: "bitmap",
-        summary: "A picture from a PNG, JPEG or EXR file.",
+        summary: "An image from a PNG, JPEG or EXR file.",
         params: &[
-            Param::required("filename", ParamKind::File, "the picture"),
+            Param::required("filename", ParamKind::File, "the image file"),
             Param::new(
                 "filter_type",
                 ParamKind::Choice(&["bilinear", "nearest"]),
                 "bilinear",
-                "how texels are interpolated",
+                "the interpolation of texels",
             ),
             Param::new(
                 "wrap_mode",
                 ParamKind::Choice(&["repeat", "mirror", "clamp"]),
                 "repeat",
-                "what lies outside [0, 1]²",
+                "the continuation outside [0, 1]²",
             ),
             Param::new(
                 "raw",
                 ParamKind::Boolean,
                 "false",
-                "whether 8 and 16 bit pictures hold linear numbers, not sRGB",
+                "whether images with 8 or 16 bits per channel are linear instead of sRGB",
             ),
-            Param::optional("to_uv", ParamKind::Transform, "the identity", "a map of the uv plane"),
+            Param::optional("to_uv", ParamKind::Transform, "the identity", "a transform of the uv coordinates"),
         ],
         examples: &[],
         evidence: &["reference/metal-spheres", "reference/torus-thinlens"],
@@ -65,7 +66,7 @@ impl Described for Bitmap {
         let decode = |x: f32| if linear { x } else { srgb_to_linear(x) };
         let texels: Vec<_> = picture.texels.into_iter().map(|texel| texel.map(decode)).collect();
         if texels.iter().flatten().any(|x| !x.is_finite()) {
-            return Err(params.error("filename", "the picture has a value that is infinite or not a number"));
+            return Err(params.error("filename", "the image has a value that is infinite or NaN"));
         }
         let wrap = match params.string("wrap_mode")? {
             "mirror" => Wrap::Mirror,
@@ -78,7 +79,7 @@ impl Described for Bitmap {
     }
 }
 
-/// IEC 61966-2-1.
+/// Decodes an sRGB value, IEC 61966-2-1.
 fn srgb_to_linear(x: f32) -> f32 {
     if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
 }
@@ -110,7 +111,7 @@ impl TextureModel for Bitmap {
         if self.nearest {
             return self.texel(p.x.floor() as i64, p.y.floor() as i64);
         }
-        // The value of a texel stands at its middle.
+        // The value of a texel applies at its centre.
         let p = p - 0.5;
         let corner = p.floor();
         let (w, x, y) = (p - corner, corner.x as i64, corner.y as i64);
@@ -133,15 +134,15 @@ mod tests {
     }
 
     #[test]
-    fn bilinear_meets_the_texels_at_their_middles() {
-        let picture = two_by_one(false, Wrap::Clamp);
+    fn bilinear_interpolation_is_exact_at_texel_centres() {
+        let image = two_by_one(false, Wrap::Clamp);
         for (u, expected) in [(0.25, 0.0), (0.5, 0.5), (0.75, 1.0), (0.0, 0.0), (1.0, 1.0)] {
-            assert!((picture.eval(DVec2::new(u, 0.5)).x - expected).abs() < 1e-12, "{u}");
+            assert!((image.eval(DVec2::new(u, 0.5)).x - expected).abs() < 1e-12, "{u}");
         }
     }
 
     #[test]
-    fn outside_the_unit_square() {
+    fn wrap_modes_continue_outside_the_unit_square() {
         let value = |wrap, u| two_by_one(true, wrap).eval(DVec2::new(u, 0.5)).x;
         assert_eq!((value(Wrap::Repeat, 1.25), value(Wrap::Mirror, 1.25), value(Wrap::Clamp, 1.25)), (0.0, 1.0, 1.0));
         assert_eq!(
@@ -151,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn srgb_decodes_by_its_two_pieces() {
+    fn both_pieces_of_the_srgb_curve_are_decoded() {
         assert!((srgb_to_linear(0.5) - 0.214_041).abs() < 1e-6);
         assert!((srgb_to_linear(0.02) - 0.02 / 12.92).abs() < 1e-9);
         assert!((srgb_to_linear(1.0) - 1.0).abs() < 1e-6);

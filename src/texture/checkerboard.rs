@@ -3,11 +3,11 @@ use glam::{DAffine3, DVec2};
 use super::TextureModel;
 use crate::{
     math::Rgb,
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError, manual},
 };
 
-/// Two colours in a pattern of squares, four to a unit of `uv`: `color0` where both coordinates lie in the same half
-/// of their unit, `color1` elsewhere.
+/// A checkerboard of two colours, with four squares per unit square of `uv`: `color0` where the fractional parts of
+/// both coordinates are in the same half, `color1` elsewhere.
 #[derive(Clone, Debug)]
 pub struct Checkerboard {
     colours: [Rgb; 2],
@@ -17,12 +17,13 @@ pub struct Checkerboard {
 impl Described for Checkerboard {
     const PLUGIN: Plugin = Plugin {
         category: Category::Texture,
+        manual: manual!("checkerboard.rs": "Checkerboard"),
         name: "checkerboard",
-        summary: "Two colours in squares.",
+        summary: "A checkerboard of two colours.",
         params: &[
-            Param::new("color0", ParamKind::Rgb, "0.4", "the colour of the first square, linear RGB"),
+            Param::new("color0", ParamKind::Rgb, "0.4", "the colour of the square at the origin, linear RGB"),
             Param::new("color1", ParamKind::Rgb, "0.2", "the other colour, linear RGB"),
-            Param::optional("to_uv", ParamKind::Transform, "the identity", "a map of the uv plane"),
+            Param::optional("to_uv", ParamKind::Transform, "the identity", "a transform of the uv coordinates"),
         ],
         examples: &[r#"<texture type="checkerboard"><rgb name="color0" value="0.8, 0.1, 0.1"/>
             <transform name="to_uv"><scale x="4" y="4"/></transform></texture>"#],
@@ -51,7 +52,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_squares_lie_as_in_mitsuba() {
+    fn the_squares_match_mitsuba() {
         let board =
             Checkerboard { colours: [Rgb::X, Rgb::Y], to_uv: DAffine3::from_scale(glam::DVec3::new(2.0, 1.0, 1.0)) };
         assert_eq!(board.eval(DVec2::new(0.1, 0.1)), Rgb::X);

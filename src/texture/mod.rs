@@ -1,6 +1,6 @@
 //! Textures: colours that vary over a surface with its `uv` coordinates.
 //!
-//! Wherever a plugin's table says *texture*, a scene may give `<rgb>`, a `<float>` for grey, or one of these plugins.
+//! A parameter of kind *texture* accepts an `<rgb>`, a `<float>` for grey, or one of these plugins.
 
 mod bitmap;
 mod checkerboard;
@@ -22,36 +22,36 @@ use crate::{
 /// The interface of all textures.
 #[enum_dispatch]
 pub trait TextureModel {
-    /// The colour at `uv`, in linear RGB.
+    /// The colour at `uv`, linear RGB.
     fn eval(&self, uv: DVec2) -> Rgb;
 
-    /// The least and the greatest value of each channel over the whole texture, for checking ranges.
+    /// The minimum and the maximum of each channel over the texture, to check parameter ranges.
     fn extremes(&self) -> (Rgb, Rgb);
 }
 
 catalogue! {
     /// A texture.
     pub enum Texture: TextureModel in Category::Texture, {
-        /// One colour everywhere.
+        /// A constant colour.
         Constant(Constant),
-        /// Squares of two colours.
+        /// A checkerboard.
         Checkerboard(Checkerboard),
-        /// An image file.
+        /// An image.
         Bitmap(Bitmap),
     }
 }
 
 impl Texture {
-    /// The same colour everywhere.
+    /// A constant texture.
     #[must_use]
     pub fn constant(colour: Rgb) -> Self {
         Self::Constant(Constant { colour })
     }
 
-    /// Reads a plugin's parameter that may be a colour or a texture.
+    /// Reads a parameter that is a colour or a texture.
     ///
     /// # Errors
-    /// If it is of another type, a channel is out of range, or the parameter is absent and has no default.
+    /// If the parameter is neither, if a channel is outside its range, or if it is absent and has no default.
     pub fn of(params: &Params<'_>, name: &str) -> Result<Self, SceneError> {
         let Some(property) = params.find(name) else {
             return params.rgb(name).map(Self::constant);
@@ -71,14 +71,14 @@ impl Texture {
     }
 }
 
-/// The `to_uv` parameter, applied: Mitsuba uses the upper left 3 x 3 part of the matrix as a homogeneous map of the
-/// plane, so that of a translation by (x, y, z) in three dimensions nothing remains. What users write is
-/// `<scale x= y=/>`, which means the same in both readings, and `<translate x= y=/>`, which here does translate.
+/// Applies the `to_uv` parameter. Mitsuba uses the upper left 3 x 3 part of the matrix as a homogeneous map of the
+/// plane, which drops a three-dimensional translation. `<scale x= y=/>` means the same in both interpretations;
+/// `<translate x= y=/>` has an effect here only.
 fn to_uv(map: &DAffine3, uv: DVec2) -> DVec2 {
     map.transform_point3(uv.extend(0.0)).truncate()
 }
 
-/// The range of each channel of some colours.
+/// The minimum and the maximum of each channel of some colours.
 fn extremes_of(colours: impl IntoIterator<Item = Rgb>) -> (Rgb, Rgb) {
     let start = (Rgb::INFINITY, Rgb::NEG_INFINITY);
     colours.into_iter().fold(start, |(least, greatest), c| (least.min(c), greatest.max(c)))

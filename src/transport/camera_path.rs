@@ -2,36 +2,36 @@ use glam::DVec3;
 
 use super::{CameraPathClass, SampleCounts, ShadingPoint, survival};
 use crate::{
-    bsdf::{Lobe, Sample, TransportMode},
+    bsdf::{BsdfSample, Lobe, TransportMode},
     math::{PerSolidAngle, Ray, Rgb},
     sampler::SampleStream,
     scene::{Scene, SurfaceInteraction},
 };
 
-/// A path from the camera, up to the surface that it has reached.
+/// A path from the camera, up to its current point.
 ///
-/// An integrator looks at each of its points in the order of Mitsuba's `path`: emission, emitter sampling, BSDF
-/// sampling, and Russian roulette, of which [`CameraPath::extend`] does the last with the ray to the next point.
+/// An integrator treats each point in the order of Mitsuba's `path`: emission, emitter sampling, BSDF sampling and
+/// Russian roulette. [`CameraPath::extend`] applies Russian roulette and traces the ray to the next point.
 #[derive(Clone)]
 pub struct CameraPath<'s> {
     scene: &'s Scene,
-    /// The depth from which on Russian roulette may end it.
+    /// The depth from which Russian roulette may end the path.
     rr_depth: u32,
-    /// Whether the camera sees no emitters and no environment.
+    /// Whether emitters and the environment are invisible to the camera.
     hides_emitters: bool,
     /// The radiance at the camera for each unit of radiance that arrives at the current point.
     pub throughput: Rgb,
-    /// The index of refraction where the path is, over that where it began.
+    /// The index of refraction at the current point, over that at the camera.
     eta: f64,
-    /// The class, by the lobes of the points so far.
+    /// The class, from the lobes of the points so far.
     pub class: CameraPathClass,
-    /// The depth of the current point: 1 for what the camera sees first.
+    /// The depth of the current point: 1 for the first surface from the camera.
     pub depth: u32,
     direction: DVec3,
-    /// The point that it has reached; None if it has left the scene.
+    /// The current point; None if the path has left the scene.
     pub si: Option<SurfaceInteraction>,
-    /// From where BSDF sampling drew the last direction, with its density; None from the camera and after a delta lobe, where
-    /// emitter sampling could not have found it.
+    /// The point at which BSDF sampling sampled the last direction, and its pdf. None at the camera and after a delta
+    /// lobe, where emitter sampling cannot sample the direction.
     sampled: Option<(DVec3, PerSolidAngle)>,
 }
 
@@ -54,9 +54,9 @@ impl<'s> CameraPath<'s> {
         }
     }
 
-    /// A path that begins at a point of this one, in a direction that was sampled there: its throughput and its class are
-    /// those from that point on. None if it carries nothing.
-    pub fn branch(&self, point: &ShadingPoint<'s>, sample: &Sample) -> Option<Self> {
+    /// A path that starts at a point of this one in a direction sampled there. Its throughput and its class count from
+    /// that point. None if its throughput is zero.
+    pub fn branch(&self, point: &ShadingPoint<'s>, sample: &BsdfSample) -> Option<Self> {
         let mut branch = Self { throughput: Rgb::ONE, eta: 1.0, class: CameraPathClass::START, ..self.clone() };
         branch.scatter(point, sample);
         if branch.throughput == Rgb::ZERO {
@@ -66,7 +66,7 @@ impl<'s> CameraPath<'s> {
         Some(branch)
     }
 
-    /// The shading point that it has reached, if it has met a surface.
+    /// The shading point at the current point; None if the path has left the scene.
     #[inline]
     pub fn shading_point(&self) -> Option<ShadingPoint<'s>> {
         self.si.map(|si| ShadingPoint::new(self.scene, si, TransportMode::Radiance))
@@ -95,7 +95,7 @@ impl<'s> CameraPath<'s> {
         }
     }
 
-    /// The weight of the emission, by multiple importance sampling: one where emitter sampling could not have found the last
+    /// The multiple importance sampling weight of the emission: 1 where emitter sampling cannot sample the last
     /// direction.
     #[inline]
     pub fn emission_weight(&self, counts: SampleCounts) -> f64 {
@@ -103,14 +103,14 @@ impl<'s> CameraPath<'s> {
         counts.bsdf_weight(pdf, self.scene.pdf_emitter_direction(from, self.si.as_ref()))
     }
 
-    /// Whether the last direction came from a smooth lobe, so that emitter sampling could have found it.
+    /// Whether the last direction came from a smooth lobe, so that emitter sampling could have sampled it.
     pub fn is_from_smooth_lobe(&self) -> bool {
         self.sampled.is_some()
     }
 
     /// Continues in a direction that was sampled at the current point; false if the path ends there.
     #[inline]
-    pub fn extend(&mut self, point: &ShadingPoint<'s>, sample: &Sample, sampler: &mut impl SampleStream) -> bool {
+    pub fn extend(&mut self, point: &ShadingPoint<'s>, sample: &BsdfSample, sampler: &mut impl SampleStream) -> bool {
         self.scatter(point, sample);
         // Russian roulette.
         if self.depth >= self.rr_depth {
@@ -128,7 +128,7 @@ impl<'s> CameraPath<'s> {
     }
 
     #[inline]
-    fn scatter(&mut self, point: &ShadingPoint<'s>, sample: &Sample) {
+    fn scatter(&mut self, point: &ShadingPoint<'s>, sample: &BsdfSample) {
         self.throughput *= sample.weight;
         self.eta *= sample.eta;
         self.class = self.class.scattered(sample.lobe);
@@ -148,10 +148,10 @@ impl<'s> CameraPath<'s> {
     }
 }
 
-/// What a camera's ray meets first, past all emitters if they are hidden.
+/// The first intersection of a camera ray, behind all emitters if they are hidden.
 fn first_surface(scene: &Scene, ray: &Ray, hide_emitters: bool) -> Option<SurfaceInteraction> {
     let mut si = scene.intersect(ray)?;
-    while hide_emitters && scene.is_light(&si) {
+    while hide_emitters && scene.is_emitter(&si) {
         let beyond = Ray { t_max: ray.t_max - si.t, ..Ray::leaving(si.surface.p, ray.direction) };
         let next = scene.intersect(&beyond)?;
         si = SurfaceInteraction { t: si.t + next.t, ..next };

@@ -4,9 +4,9 @@ use crate::{bsdf::Lobe, math::Rgb};
 /// surface), `D` a smooth lobe. Every path belongs to exactly one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PathClass {
-    /// `LE` and `LDE`: an emitter that the camera sees, and the light that it casts straight on a surface.
+    /// `LE` and `LDE`: an emitter visible to the camera, and the light that it casts directly on a surface.
     Direct,
-    /// `L(S|D)*SE`: everything seen in mirrors and through glass.
+    /// `L(S|D)*SE`: everything visible in mirrors and through glass.
     Specular,
     /// `LS+DE`: light that mirrors and glass cast on a surface.
     Caustic,
@@ -118,8 +118,8 @@ impl CameraPathClass {
     }
 }
 
-/// The class of a path that is traced from an emitter, so far: its class if the camera sees its next vertex scatter by a
-/// smooth lobe.
+/// The class of a path that is traced from an emitter, so far: its class if the next vertex scatters it to the camera
+/// by a smooth lobe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightPathClass(PathClass);
 
@@ -150,7 +150,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// The class of a path, from its vertices between light and eye, by the definition.
+    /// The class of a path, from its vertices between emitter and camera, by the definition.
     fn class(path: &[Lobe]) -> PathClass {
         let is_delta = |lobe: &Lobe| *lobe != Lobe::Smooth;
         match path.split_last() {

@@ -12,21 +12,22 @@ use crate::{
 
 /// A vertex of a path from an emitter: light that arrives at a surface.
 pub struct LightVertex<'s> {
-    /// Where, and from which direction.
+    /// The surface point and the direction from which the light arrives.
     pub point: ShadingPoint<'s>,
     /// The power in W that it carries, if it is the only light that is emitted.
     pub flux: Rgb,
-    /// The depth: 1 for the surface that the emitted ray meets.
+    /// The depth: 1 for the first surface that the emitted ray hits.
     pub depth: u32,
     /// The class, by the lobes of the vertices before.
     pub class: LightPathClass,
 }
 
-/// Traces the path of emitted light through the scene, and shows each of its vertices to `visit`, until that breaks off,
-/// the light is absorbed or leaves the scene, or the maximum depth is reached.
+/// Traces a path of emitted light through the scene and calls `visit` for each of its vertices, until `visit` returns
+/// `Break`, the light is absorbed or leaves the scene, or the path reaches the maximum depth.
 ///
-/// Russian roulette, from `rr_depth` on, lets the light survive with the share of its greatest channel that is left. So
-/// photons that arrive are of equal power; one channel may gain what others lose (Jensen 2001, section 5.2.3).
+/// From `rr_depth` on, Russian roulette continues a path with probability equal to the ratio of its greatest channel
+/// after and before scattering. So stored photons have similar power; one channel may gain while others lose (Jensen
+/// 2001, section 5.2.3).
 #[inline]
 pub fn trace_light_path<'s, S: SampleStream>(
     scene: &'s Scene,
@@ -75,8 +76,9 @@ pub fn trace_light_path<'s, S: SampleStream>(
     }
 }
 
-/// The factor by which importance transport differs from radiance transport where the shading normal is not the geometric
-/// one, for light that comes from one direction and goes into another. Veach 1997, eq. (5.19).
+/// The factor by which importance transport differs from radiance transport where the shading normal is not the
+/// geometric normal, for light from the direction `from` that is scattered into the direction `to`. Veach 1997, eq.
+/// (5.19).
 #[inline]
 #[must_use]
 pub fn shading_normal_correction(surface: &Surface, from: glam::DVec3, to: glam::DVec3) -> f64 {

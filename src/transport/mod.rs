@@ -12,24 +12,26 @@ pub use shading_point::{DirectSample, SampleCounts, ShadingPoint, Shadows};
 
 use crate::math::{PerSolidAngle, Rgb};
 
-/// How long paths may be. A path that shows an emitter directly has depth 1, as in Mitsuba; each scattering adds 1.
+/// Limits of the path length. A path from the camera directly to an emitter has depth 1, as in Mitsuba; each scattering
+/// adds 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PathLimits {
-    /// The depth of the longest path.
+    /// The maximum depth.
     pub max_depth: u32,
-    /// The depth from which on Russian roulette may end a path.
+    /// The depth from which Russian roulette may end a path.
     pub rr_depth: u32,
 }
 
 impl PathLimits {
-    /// The limits of a path whose last connection, to the camera or to a photon, another path makes.
+    /// The limits of a subpath that is connected to the camera or to a photon, which adds 1 to its depth.
     #[must_use]
     pub fn without_last(self) -> Self {
         Self { max_depth: self.max_depth.saturating_sub(1), ..self }
     }
 }
 
-/// The power heuristic with exponent 2 for `ours` of two densities of the same direction, Veach 1997, eq. (9.14).
+/// The power heuristic with exponent 2 for the pdf `ours`, given another pdf of the same direction, Veach 1997, eq.
+/// (9.14).
 #[must_use]
 pub fn power_heuristic(ours: PerSolidAngle, other: PerSolidAngle) -> f64 {
     let (ours, other) = (ours.0 * ours.0, other.0 * other.0);

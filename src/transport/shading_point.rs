@@ -16,7 +16,7 @@ pub struct ShadingPoint<'s> {
     pub si: SurfaceInteraction,
     /// The BSDF.
     pub bsdf: &'s Bsdf,
-    /// What the BSDF is asked: the local direction back along the path, and the transport mode.
+    /// The arguments of BSDF queries, with the local direction back along the path and the transport mode.
     pub query: Query,
 }
 
@@ -25,7 +25,8 @@ pub struct ShadingPoint<'s> {
 pub enum Shadows {
     /// Every surface.
     Opaque,
-    /// Opaque surfaces alone. Light passes straight through transparent ones, weighted by their transmittance. Not physical.
+    /// Opaque surfaces only. Light passes straight through transparent ones, weighted by their transmittance. Not
+    /// physical.
     Transparent,
 }
 
@@ -45,29 +46,29 @@ impl SampleCounts {
     /// Emitter sampling alone.
     pub const EMITTER_ONLY: Self = Self { emitter: 1.0, bsdf: 0.0 };
 
-    /// The weight of a direction that emitter sampling drew.
+    /// The weight of a direction from emitter sampling.
     #[must_use]
     pub fn emitter_weight(self, by_emitter: PerSolidAngle, by_bsdf: PerSolidAngle) -> f64 {
         power_heuristic(PerSolidAngle(self.emitter * by_emitter.0), PerSolidAngle(self.bsdf * by_bsdf.0))
     }
 
-    /// The weight of a direction that BSDF sampling drew.
+    /// The weight of a direction from BSDF sampling.
     #[must_use]
     pub fn bsdf_weight(self, by_bsdf: PerSolidAngle, by_emitter: PerSolidAngle) -> f64 {
         power_heuristic(PerSolidAngle(self.bsdf * by_bsdf.0), PerSolidAngle(self.emitter * by_emitter.0))
     }
 }
 
-/// A direction to an emitter that emitter sampling drew, before visibility is tested.
+/// A direction to an emitter from emitter sampling, before the visibility test.
 #[derive(Clone, Copy, Debug)]
 pub struct DirectSample {
-    /// What the emitter sends.
+    /// The sampled direction and the light from the emitter.
     pub emitter_sample: EmitterSample,
     /// The index of the emitter in the scene.
     pub emitter: usize,
     /// The direction to it in the shading frame.
     pub wo: DVec3,
-    /// The radiance that is scattered along the path, not yet divided by the density of the direction.
+    /// The radiance that is scattered back along the path, not yet divided by the pdf of the direction.
     pub scattered: Rgb,
 }
 
@@ -89,7 +90,7 @@ impl<'s> ShadingPoint<'s> {
 
     /// Samples the BSDF: one number chooses a lobe, two the direction.
     #[inline]
-    pub fn sample_bsdf(&self, sampler: &mut impl SampleStream) -> Option<bsdf::Sample> {
+    pub fn sample_bsdf(&self, sampler: &mut impl SampleStream) -> Option<bsdf::BsdfSample> {
         self.bsdf.sample(&self.query, sampler.next_1d(), sampler.next_2d())
     }
 
@@ -97,7 +98,7 @@ impl<'s> ShadingPoint<'s> {
     /// path.
     #[inline]
     pub fn sample_emitter(&self, scene: &Scene, sampler: &mut impl SampleStream) -> Option<DirectSample> {
-        // A delta lobe cannot be found by connection: only a sampled ray reaches it.
+        // A shadow ray cannot contribute through a delta lobe: only BSDF sampling samples its direction.
         if !self.bsdf.is_smooth() {
             return None;
         }
@@ -126,7 +127,7 @@ impl<'s> ShadingPoint<'s> {
         let scattered = scattered * transmittance;
         match emitter_sample.pdf {
             None => scattered,
-            // BSDF sampling does not find light straight through glass.
+            // BSDF sampling does not sample directions straight through glass.
             Some(pdf) if is_crossed => scattered / pdf.0,
             Some(pdf) => {
                 let weight = counts.emitter_weight(pdf, self.bsdf.pdf(&self.query, wo));

@@ -1,14 +1,11 @@
-//! What must hold between images.
-
-use std::path::Path;
+//! Images of one solid, made in different ways.
 
 use crate::{
     comparison::{ImageEstimate, with_image_configured},
-    integrator::Overrides,
     law::{Check, Effort, Finding, Law},
     render::{Renderer, Replicate},
-    scene_file::xml,
     stats::Outcome,
+    validation::setup::{self, GLASS, path},
 };
 
 /// These laws.
@@ -32,24 +29,17 @@ const HALVES: &str = r#"<shape type="csg"><string name="operation" value="union"
         <shape type="sphere"><float name="radius" value="0.8"/></shape>
         <shape type="plane"><transform name="to_world"><rotate x="1" angle="180"/><rotate x="0.6" z="0.8" angle="50"/></transform></shape>
     </shape>GLASS</shape>"#;
-const GLASS: &str =
-    r#"<bsdf type="dielectric"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf>"#;
 
 /// The ball in a room without corners whose walls shine unevenly by their colours.
 fn renderer(ball: &str) -> Renderer {
-    let text = format!(
-        r#"<scene version="3.0.0"><integrator type="path"><integer name="max_depth" value="8"/></integrator>
-        <sensor type="perspective"><float name="fov" value="40"/>
+    const SENSOR: &str = r#"<sensor type="perspective"><float name="fov" value="40"/>
         <transform name="to_world"><lookat origin="0.4, 0.6, 3.2" target="0, 0, 0" up="0, 1, 0"/></transform>
-        <film type="hdrfilm"><integer name="width" value="48"/><integer name="height" value="32"/><rfilter type="box"/></film></sensor>
-        <shape type="plane"><transform name="to_world"><rotate x="1" angle="-90"/><translate y="-0.9"/></transform>
+        <film type="hdrfilm"><integer name="width" value="48"/><integer name="height" value="32"/><rfilter type="box"/></film></sensor>"#;
+    const ROOM: &str = r#"<shape type="plane"><transform name="to_world"><rotate x="1" angle="-90"/><translate y="-0.9"/></transform>
         <bsdf type="diffuse"><texture type="checkerboard" name="reflectance"><rgb name="color0" value="0.8, 0.7, 0.3"/>
         <rgb name="color1" value="0.1, 0.3, 0.5"/></texture></bsdf></shape>
-        <emitter type="constant"><rgb name="radiance" value="0.6, 0.8, 1.1"/></emitter>{}</scene>"#,
-        ball.replace("GLASS", GLASS)
-    );
-    let document = xml::parse(&text, "law", Path::new(""), &[]).expect("the scene is valid XML");
-    Renderer::new(&document, &Overrides::default()).expect("the scene is valid")
+        <emitter type="constant"><rgb name="radiance" value="0.6, 0.8, 1.1"/></emitter>"#;
+    setup::renderer(&path(8, 5), SENSOR, &(ROOM.to_owned() + &ball.replace("GLASS", GLASS)))
 }
 
 fn same_image(effort: Effort) -> Vec<Finding> {

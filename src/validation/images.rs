@@ -1,16 +1,13 @@
 //! What must hold for whole images.
 
-use std::path::Path;
-
 use glam::{DVec2, DVec3};
 
 use crate::{
     film::splats,
-    integrator::Overrides,
     law::{Check, Effort, Finding, Law, worst},
     render::{Renderer, Replicate},
-    scene_file::xml,
     stats::Moments,
+    validation::setup,
 };
 
 /// The laws of images.
@@ -43,16 +40,15 @@ const DISTANCE: f64 = 6.0;
 /// A camera on the z axis at some distance that looks back, and whose film is 6 by 4 units large at the origin.
 fn renderer(integrator: &str, crop: &str, scene: &str) -> Renderer {
     let fov = 2.0 * (3.0 / DISTANCE).atan().to_degrees();
-    let text = format!(
-        r#"<scene version="3.0.0">{integrator}<sensor type="perspective"><float name="fov" value="{fov}"/>
+    let sensor = format!(
+        r#"<sensor type="perspective"><float name="fov" value="{fov}"/>
            <float name="near_clip" value="{NEAR}"/>
            <transform name="to_world"><lookat origin="0, 0, {DISTANCE}" target="0, 0, 0" up="0, 1, 0"/></transform>
            <film type="hdrfilm"><integer name="width" value="{}"/><integer name="height" value="{}"/>{crop}
-           <rfilter type="box"/></film></sensor>{scene}</scene>"#,
+           <rfilter type="box"/></film></sensor>"#,
         SIZE.x, SIZE.y
     );
-    let document = xml::parse(&text, "law", Path::new(""), &[]).expect("the scene is valid XML");
-    Renderer::new(&document, &Overrides::default()).expect("the scene is valid")
+    setup::renderer(integrator, &sensor, scene)
 }
 
 const CROP: &str = r#"<integer name="crop_offset_x" value="2"/><integer name="crop_offset_y" value="1"/>

@@ -1,15 +1,12 @@
 //! What must hold of images that are made of light followed from its source: they are those of path tracing.
 
-use std::path::Path;
-
 use crate::{
     integrator::Overrides,
     law::{Check, Effort, Finding, Law},
     render::{Renderer, Replicate},
-    scene_file::xml,
     stats::{Estimate, Moments, equivalence::TO_RADIUS_ZERO},
     transport::PathClass,
-    validation::caustics::pane,
+    validation::{caustics::pane, setup},
 };
 
 /// These laws.
@@ -40,10 +37,8 @@ pub const LAWS: &[Law] = &[
 type Given<'a> = &'a [(&'a str, &'a str)];
 
 fn renderer(scene: &str, sensor: &str, integrator: &str, params: Given<'_>) -> Renderer {
-    let text = format!(r#"<scene version="3.0.0">{sensor}{scene}</scene>"#);
-    let document = xml::parse(&text, "law", Path::new(""), &[]).expect("the scene is valid XML");
     let params = params.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
-    Renderer::new(&document, &Overrides { name: Some(integrator.to_owned()), params }).expect("the scene is valid")
+    setup::renderer_with(&Overrides { name: Some(integrator.to_owned()), params }, &[sensor, scene])
 }
 
 const LOOK: &str =

@@ -15,7 +15,7 @@ pub fn laws() -> impl Iterator<Item = &'static Law> {
     let lists = [
         shape::laws::LAWS,
         shape::laws::csg::LAWS,
-        shape::mesh::laws::LAWS,
+        shape::laws::mesh::LAWS,
         bsdf::laws::LAWS,
         emitter::laws::LAWS,
         sampler::laws::LAWS,
@@ -88,7 +88,10 @@ mod tests {
     fn sources(folder: &Path) -> Vec<PathBuf> {
         let entries =
             fs::read_dir(folder).expect("the sources are there").map(|entry| entry.expect("it can be read").path());
-        entries.flat_map(|path| if path.is_dir() { sources(&path) } else { vec![path] }).collect()
+        entries
+            .flat_map(|path| if path.is_dir() { sources(&path) } else { vec![path] })
+            .filter(|path| path.extension().is_some_and(|extension| extension == "rs"))
+            .collect()
     }
 
     /// The names of the laws that a source file defines.

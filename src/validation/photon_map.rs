@@ -1,6 +1,6 @@
 //! What photon maps must keep, in scenes whose answer is known.
 
-use std::{f64::consts::PI, num::NonZeroUsize, path::Path};
+use std::{f64::consts::PI, num::NonZeroUsize};
 
 use glam::DVec3;
 
@@ -9,9 +9,9 @@ use crate::{
     math::{Ray, Rgb, luminance},
     photon::{EmittedPhotons, EstimateParameters, GatherPoint, Kernel, PhotonMap, PhotonMapKind, trace_photons},
     scene::Scene,
-    scene_file::xml,
     stats::Moments,
     transport::{PathClass, PathLimits},
+    validation::setup::{CHANNELS, scene},
 };
 
 /// The laws of photon maps.
@@ -58,14 +58,6 @@ pub const LAWS: &[Law] = &[
     },
 ];
 
-fn scene(parts: &str) -> Scene {
-    let sensor = r#"<sensor type="perspective"><film type="hdrfilm"/></sensor>"#;
-    let text = format!(r#"<scene version="3.0.0">{sensor}{parts}</scene>"#);
-    let document = xml::parse(&text, "law", Path::new(""), &[]).expect("the scene is valid XML");
-    Scene::build(&document).expect("the scene is valid")
-}
-
-const CHANNELS: [&str; 3] = ["red", "green", "blue"];
 const FOREVER: PathLimits = PathLimits { max_depth: u32::MAX, rr_depth: 1 };
 
 /// Something about each of many independent harvests.

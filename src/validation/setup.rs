@@ -55,7 +55,12 @@ fn parsed(parts: &[&str]) -> Document {
 
 /// A renderer of these parts.
 pub(super) fn renderer(integrator: &str, sensor: &str, scene: &str) -> Renderer {
-    Renderer::new(&parsed(&[integrator, sensor, scene]), &Overrides::default()).expect("the scene is valid")
+    renderer_with(&Overrides::default(), &[integrator, sensor, scene])
+}
+
+/// A renderer of these parts, with changes to its integrator.
+pub(super) fn renderer_with(overrides: &Overrides, parts: &[&str]) -> Renderer {
+    Renderer::new(&parsed(parts), overrides).expect("the scene is valid")
 }
 
 /// A scene that nobody renders.

@@ -85,15 +85,12 @@ fn what_mitsuba_refuses_too() {
             "a shape used twice",
             shapes(
                 &format!(r#"<shape type="sphere" id="s">{lamp}</shape><ref id="s"/>"#),
-                &["this emitter stands in several places"],
+                &["this emitter is used more than once"],
             ),
         ),
         (
             "a crop beyond the film",
-            scene(
-                kit::scene_of(&[INTEGRATOR, &crop, SKY]),
-                &["the crop of 16 from 3 does not lie within the film's 16"],
-            ),
+            scene(kit::scene_of(&[INTEGRATOR, &crop, SKY]), &["the crop of 16 from 3 is not within the film's 16"]),
         ),
         ("samples twice", scene(kit::scene_of(&[both, SENSOR, SKY]), &["\"shading_samples\" stands beside"])),
         ("a material and its index", shapes(metal, &["both a material and its index are given"])),
@@ -172,20 +169,20 @@ fn scenes_that_lack_parts_or_have_too_many() {
                 &["a shape \"sphere\" can have only one bsdf, this has 2"],
             ),
         ),
-        ("two skies", shapes(SKY, &["a second emitter surrounds the scene; only one can"])),
+        ("two skies", shapes(SKY, &["the scene has a second environment emitter; give it only one"])),
         ("medium", shapes("<medium type=\"homogeneous\"/>", &["a medium is not supported"])),
         (
             "glass with two sides",
             shapes(
                 r#"<shape type="sphere"><bsdf type="twosided"><bsdf type="dielectric"/></bsdf></shape>"#,
-                &["this bsdf lets light through; only bsdfs that reflect can be two-sided"],
+                &["this bsdf transmits light; only bsdfs that reflect can be two-sided"],
             ),
         ),
         (
             "lamp without a shape",
             shapes(
                 "<emitter type=\"area\"/>",
-                &["an area emitter stands in no shape; put it inside the shape that shines"],
+                &["an area emitter must be inside a shape; put it inside the shape that emits light"],
             ),
         ),
     ]);
@@ -206,16 +203,43 @@ fn parameters_that_are_wrong() {
     };
     let radiance = |emitter: &str| kit::ball().replace(SKY, emitter);
     check_all(vec![
+        ("plugin", shapes("<shape type=\"spere\"/>", &["no shape is called \"spere\"; did you mean \"sphere\"?"])),
         (
-            "plugin",
+            "no plugin that is known",
             shapes(
-                "<shape type=\"spere\"/>",
-                &["no shape is called \"spere\"; known: sphere, ellipsoid, rectangle, cube"],
+                "<shape type=\"torus\"/>",
+                &["no shape is called \"torus\"; known: sphere, ellipsoid, rectangle, cube"],
+            ),
+        ),
+        (
+            "a plugin of Mitsuba",
+            shapes(
+                "<bsdf type=\"principled\"/>",
+                &["no bsdf is called \"principled\" here; Mitsuba 3.9 has it, étendue does not yet"],
+            ),
+        ),
+        (
+            "a plugin of Mitsuba that is out of scope",
+            shapes(
+                "<bsdf type=\"retarder\"/>",
+                &[
+                    "no bsdf is called \"retarder\" here; Mitsuba 3.9 has it; it is out of étendue's scope (polarisation)",
+                ],
+            ),
+        ),
+        (
+            "a word",
+            scene(
+                kit::ball().replace(
+                    INTEGRATOR,
+                    r#"<integrator type="sppm"><string name="kernel" value="cones"/></integrator>"#,
+                ),
+                &["\"kernel\" cannot be \"cones\"; did you mean \"cone\"?"],
             ),
         ),
         (
             "parameter",
-            shapes(&float("radiu", "1"), &["a shape \"sphere\" has no parameter \"radiu\"; known: center, radius"]),
+            shapes(&float("radiu", "1"), &["a shape \"sphere\" has no parameter \"radiu\"; did you mean \"radius\"?"]),
         ),
         (
             "type",
@@ -273,14 +297,14 @@ fn parameters_that_are_wrong() {
             "far",
             shapes(
                 r#"<shape type="cube"><transform name="to_world"><scale value="1e90"/></transform></shape>"#,
-                &["the shape reaches too far; no coordinate may be beyond 1e15"],
+                &["the shape extends too far; no coordinate may exceed 1e15"],
             ),
         ),
         (
             "scaled sensor",
             scene(
                 camera("<scale value=\"2\"/>"),
-                &["the sensor's to_world scales or shears; a camera can only be turned, moved and mirrored"],
+                &["the sensor's to_world scales or shears; a camera can only be rotated, moved and mirrored"],
             ),
         ),
         ("far sensor", scene(camera("<translate z=\"1e90\"/>"), &["the sensor is too far away"])),
@@ -289,7 +313,7 @@ fn parameters_that_are_wrong() {
             "large film",
             scene(
                 film("1000000", "1000000"),
-                &["a film of 1000000 x 1000000 pixels; at most 100000000 pixels can be rendered at once"],
+                &["the film has 1000000 x 1000000 pixels; at most 100000000 pixels can be rendered at once"],
             ),
         ),
         (
@@ -347,12 +371,12 @@ fn files_that_are_missing_or_broken() {
         ),
         (
             "4e9 vertices",
-            shapes(PLY, &["the header promises 4000000000 vertices, the file has room for "])
+            shapes(PLY, &["the header declares 4000000000 vertices, the file has room for "])
                 .with("m.ply", mesh(TRIANGLE, "3 0 1 2\n", 4_000_000_000)),
         ),
         (
             "4e9 binary vertices",
-            shapes(PLY, &["the header promises 4000000000 vertices, the file has room for 0 at most"])
+            shapes(PLY, &["the header declares 4000000000 vertices, the file has room for 0 at most"])
                 .with("m.ply", binary),
         ),
         ("no texture", shapes(BITMAP, &["t.png: No such file"])),
@@ -372,9 +396,15 @@ fn options_that_are_wrong() {
         ("twice", options("-D a=1 -D a=2", &["parameter $a is defined twice; give it one value"])),
         (
             "integrator",
+            options("--integrator pat", &["--integrator pat: no integrator is called \"pat\"; did you mean \"path\"?"]),
+        ),
+        (
+            "parameter of an integrator",
             options(
-                "--integrator pat",
-                &["--integrator pat: no integrator is called \"pat\"; known: path, ptracer, photonmapper, sppm"],
+                "--integrator sppm --param phton_count=1",
+                &[
+                    "--param phton_count=1: an integrator \"sppm\" has no parameter \"phton_count\"; did you mean \"photon_count\"?",
+                ],
             ),
         ),
         (
@@ -385,7 +415,9 @@ fn options_that_are_wrong() {
             "parameter",
             options(
                 "--param max_dept=3",
-                &["--param max_dept=3: an integrator \"path\" has no parameter \"max_dept\"; known: max_depth"],
+                &[
+                    "--param max_dept=3: an integrator \"path\" has no parameter \"max_dept\"; did you mean \"max_depth\"?",
+                ],
             ),
         ),
         (
@@ -461,10 +493,42 @@ fn places_point_at_the_fault() {
     let places: Vec<_> = said.err.lines().map(|line| line.split(": ").next().unwrap()).collect();
     assert_eq!(
         places,
-        ["a/../a/b.xml:1:1", "a/../a/b.xml:2:3", "a/../a/b.xml:3:22", "a/../a/b.xml:1:1"],
+        ["a/../a/b.xml:1:1", "a/../a/b.xml:1:1", "a/../a/b.xml:2:3", "a/../a/b.xml:3:22"],
         "{}",
         said.err
     );
+}
+
+#[test]
+fn faults_come_in_the_order_of_their_lines() {
+    let folder = Folder::new();
+    let part = "<scene version=\"3.0.0\">\n<shape type=\"cub\"/>\n<emitter type=\"pint\"/>\n</scene>";
+    folder.write("part.xml", part);
+    let sensor = SENSOR.replace("\n", "").replace("\"width\"", "\"widht\"");
+    let parts = [
+        "<emitter type=\"sunny\"/>",
+        "<include filename=\"part.xml\"/>",
+        "<bsdf type=\"difuse\"/>",
+        "<shape type=\"spere\"/>",
+        &sensor,
+        "<integrator type=\"pth\"/>",
+        "<texture type=\"bitmab\"/>",
+    ];
+    folder.write("scene.xml", kit::scene_of(&parts));
+    let places = || {
+        let said = run(&mut folder.etendue("render scene.xml -o image.exr"));
+        let place = |line: &str| line.split(':').take(2).collect::<Vec<_>>().join(":");
+        said.err.lines().map(place).collect::<Vec<_>>()
+    };
+    let own = [2, 4, 5, 6, 7, 8].map(|line| format!("scene.xml:{line}"));
+    let included = [2, 3].map(|line| format!("part.xml:{line}"));
+    let included = included.map(|place| places().into_iter().find(|found| found.ends_with(&place)).unwrap());
+    assert_eq!(places(), [&own[..], &included[..]].concat());
+    // What the reader of the file itself finds, references among it.
+    let parts = ["<ref id=\"a\"/>", "<float name=\"f\" value=\"x\"/>", "<ref id=\"b\"/>", "<bsdf/>"];
+    folder.write("scene.xml", kit::scene_of(&parts));
+    let lines = places();
+    assert!(lines.len() > 1 && lines.is_sorted(), "{lines:?}");
 }
 
 #[test]
@@ -476,7 +540,7 @@ fn triangles_without_area_are_counted_in_one_warning() {
     assert_eq!(said.code, Some(0));
     assert!(said.err.starts_with("warning: scene.xml:"), "{}", said.err);
     assert!(
-        said.err.ends_with("triangles without area are left out: 3\n") && said.err.lines().count() == 1,
+        said.err.ends_with("triangles without area are ignored: 3\n") && said.err.lines().count() == 1,
         "{}",
         said.err
     );

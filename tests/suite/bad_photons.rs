@@ -59,7 +59,10 @@ fn parameters_that_are_wrong() {
         ),
         (
             "one",
-            faulty(&integer("lookup_size", "1"), &["\"lookup_size\" is 1; must be 2 or more, for the farthest photon"]),
+            faulty(
+                &integer("lookup_size", "1"),
+                &["\"lookup_size\" is 1; must be 0, or 2 or more: the farthest photon"],
+            ),
         ),
         ("fewer", faulty(&integer("lookup_size", "-1"), &["\"lookup_size\" is -1; must be a number from 0"])),
         ("radius 0", faulty(&radius("0"), &["\"caustic_lookup_radius\" is 0; must be a number above 0"])),
@@ -77,7 +80,7 @@ fn parameters_that_are_wrong() {
             "deep",
             faulty(
                 &integer("max_depth", "5000"),
-                &["\"max_depth\" is 5000; must be at most 1023 for a photon mapper, or -1"],
+                &["\"max_depth\" is 5000; must be at most 1023 for a photon integrator, or -1"],
             ),
         ),
     ]);
@@ -159,7 +162,7 @@ fn scenes_that_photons_cannot_treat() {
     let tracer = r#"<integrator type="ptracer"/>"#;
     let passes = r#"<integrator type="sppm"/>"#;
     let wrapped = format!(r#"<integrator type="moment">{photons}</integrator>"#);
-    const ENDLESS: &[&str] = &["cannot treat this scene: light from infinitely far away falls on an infinite plane"];
+    const ENDLESS: &[&str] = &["cannot treat this scene: a distant emitter illuminates an infinite plane"];
     const STRONG: &str = r#"<emitter type="point"><rgb name="intensity" value="1e30"/></emitter>"#;
     let stronger = r#"<shape type="rectangle"><transform name="to_world"><scale value="1e6"/></transform>
         <emitter type="area"><rgb name="radiance" value="1e30"/></emitter></shape>"#;
@@ -168,16 +171,16 @@ fn scenes_that_photons_cannot_treat() {
             "mirrors",
             of(
                 &[&photons, SENSOR, BULB, MIRROR],
-                &["\"photonmapper\" cannot treat this scene: no surface can keep a photon"],
+                &["\"photonmapper\" cannot treat this scene: no surface can store a photon"],
             ),
         ),
-        ("wrapped", of(&[&wrapped, SENSOR, BULB, MIRROR], &["cannot treat this scene: no surface can keep a photon"])),
-        ("nothing", of(&[&photons, SENSOR, BULB], &["no surface can keep a photon"])),
+        ("wrapped", of(&[&wrapped, SENSOR, BULB, MIRROR], &["cannot treat this scene: no surface can store a photon"])),
+        ("nothing", of(&[&photons, SENSOR, BULB], &["no surface can store a photon"])),
         (
             "progressive, mirrors",
-            of(&[passes, SENSOR, BULB, MIRROR], &["\"sppm\" cannot treat this scene: no surface can keep a photon"]),
+            of(&[passes, SENSOR, BULB, MIRROR], &["\"sppm\" cannot treat this scene: no surface can store a photon"]),
         ),
-        ("progressive, nothing", of(&[passes, SENSOR, BULB], &["no surface can keep a photon"])),
+        ("progressive, nothing", of(&[passes, SENSOR, BULB], &["no surface can store a photon"])),
         ("progressive, sun over a plane", of(&[passes, SENSOR, SUN, plane], ENDLESS)),
         ("progressive, sky over a plane", of(&[passes, SENSOR, SKY, plane], ENDLESS)),
         ("sky over a plane", of(&[tracer, SENSOR, SKY, plane], ENDLESS)),
@@ -188,7 +191,7 @@ fn scenes_that_photons_cannot_treat() {
             "too much light",
             of(
                 &[&photons, SENSOR, STRONG, stronger, BALL],
-                &["its lights emit 1.257e43 W, and photons are made for 1e-24 to 1e34 W in all"],
+                &["its emitters emit 1.257e43 W in total; photons can store 1e-24 to 1e34 W"],
             ),
         ),
     ]);
@@ -211,7 +214,7 @@ fn scenes_that_stay_black_say_why() {
     let glass = r#"<shape type="sphere"><point name="center" x="90" y="0" z="0"/><bsdf type="dielectric"/></shape>"#;
     let photons = mapper("");
     let unlit = "none of 2000 photons carried any light";
-    let empty = "none of 2000 photons met a surface that could keep it: there is no light in the global map";
+    let empty = "none of 2000 photons hit a surface that can store it: the global map is empty";
     let passes = r#"<integrator type="sppm"><integer name="photon_count" value="2000"/></integrator>"#;
     for integrator in [r#"<integrator type="path"/>"#, r#"<integrator type="ptracer"/>"#, &photons, passes] {
         let is_mapper = integrator == photons || integrator == passes;
@@ -228,11 +231,11 @@ fn scenes_that_stay_black_say_why() {
     assert_eq!(warnings(passes, &[BALL, aside], ""), [empty]);
     let wrapped = format!(r#"<integrator type="aov"><string name="aovs" value="z:depth"/>{photons}</integrator>"#);
     assert_eq!(warnings(&wrapped, &[BALL, aside], ""), [empty]);
-    let none = "none of 2000 photons was cast on a surface by mirrors or glass: no caustics";
+    let none = "none of 2000 photons reached a surface through mirrors or glass: the image has no caustics";
     assert_eq!(warnings(&photons, &[BALL, glass, BULB], "--param max_depth=2"), [none]);
     let seen = warnings(r#"<integrator type="ptracer"/>"#, &[MIRROR, BULB], "");
     assert_eq!(seen.len(), 1);
-    assert!(seen[0].starts_with("every surface scatters into single directions"), "{seen:?}");
+    assert!(seen[0].starts_with("every surface is specular"), "{seen:?}");
 }
 
 #[test]

@@ -33,7 +33,7 @@ fn open_meshes_are_no_solids() {
             "an open teapot as an operand",
             shapes(
                 &csg(&format!("<shape type=\"sphere\"/>{KCPLY}")),
-                &["this shape is no operand of a csg: the mesh is open: 96"],
+                &["this shape cannot be an operand of a csg: the mesh is open: 96"],
             )
             .with("m.kcply", teapot()),
         ),
@@ -53,25 +53,25 @@ fn glass_on_an_open_mesh_can_be_meant() {
 fn operands_that_are_no_solids() {
     let lamp = r#"<emitter type="area"/>"#;
     check_all(vec![
-        ("nothing", shapes(&csg(""), &["a shape \"csg\" has no operand; put the shapes inside it"])),
+        ("nothing", shapes(&csg(""), &["a shape \"csg\" has no operands; put the operands inside it"])),
         (
             "a rectangle",
-            shapes(
-                &csg(r#"<shape type="rectangle"/>"#),
-                &["no operand of a csg: it is a surface that encloses nothing"],
-            ),
+            shapes(&csg(r#"<shape type="rectangle"/>"#), &["cannot be an operand of a csg: it is an open surface"]),
         ),
         (
             "a triangle",
             shapes(
                 &csg(r#"<shape type="triangle"><point name="p0" value="0"/><point name="p1" x="1" y="0" z="0"/>
             <point name="p2" x="0" y="1" z="0"/></shape>"#),
-                &["no operand of a csg: the mesh is open: 3 edges"],
+                &["cannot be an operand of a csg: the mesh is open: 3 edges"],
             ),
         ),
         (
             "a lamp",
-            shapes(&csg(&format!(r#"<shape type="sphere">{lamp}</shape>"#)), &["an operand of a csg cannot shine"]),
+            shapes(
+                &csg(&format!(r#"<shape type="sphere">{lamp}</shape>"#)),
+                &["an operand of a csg cannot be an area light"],
+            ),
         ),
         (
             "flipped",
@@ -124,10 +124,10 @@ fn quadrics_without_a_surface() {
             shapes(&quadric("1 1 1 0 0 0 0 0 0 -1").replace("value=\"-1\"/>", "value=\"1\"/>"), &["the box is empty"]),
         ),
         (
-            "sheets out of sight",
+            "sheets outside the heights",
             shapes(
                 r#"<shape type="hyperboloid"><integer name="sheets" value="2"/><float name="axis" value="2"/></shape>"#,
-                &["both sheets lie beyond z_min and z_max: their vertices are at ±2"],
+                &["both sheets lie outside z_min to z_max: their vertices are at ±2"],
             ),
         ),
         (
@@ -150,8 +150,11 @@ fn kcply_files_that_are_wrong() {
     check_all(vec![
         (
             "an ambiguous base",
-            shapes(KCPLY, &["m.kcply: the indices of the faces go from 1 to 3 for 4 vertices, which does not show"])
-                .with("m.kcply", mesh("3 1 2 3\n")),
+            shapes(
+                KCPLY,
+                &["m.kcply: the indices of the faces range from 1 to 3 for 4 vertices, which fits both index bases"],
+            )
+            .with("m.kcply", mesh("3 1 2 3\n")),
         ),
         (
             "both bases",
@@ -160,7 +163,7 @@ fn kcply_files_that_are_wrong() {
         ),
         (
             "short",
-            shapes(KCPLY, &["m.kcply: the header promises 4 vertices, the file ends after 2"])
+            shapes(KCPLY, &["m.kcply: the header declares 4 vertices, the file ends after 2"])
                 .with("m.kcply", "kcply\nelement vertex 4\nelement face 1\n0 0 0\n1 0 0\n"),
         ),
         (
@@ -168,8 +171,11 @@ fn kcply_files_that_are_wrong() {
             shapes(KCPLY, &["m.kcply: line 8: a face has 4 corners; only triangles are allowed"])
                 .with("m.kcply", mesh("4 0 1 2 3\n")),
         ),
-        ("junk", shapes(KCPLY, &["m.kcply: line 8: \"x\" is no number"]).with("m.kcply", mesh("3 0 1 x\n"))),
-        ("a PLY file", shapes(KCPLY, &["m.kcply: line 1: \"ply\" stands where"]).with("m.kcply", "ply\n")),
+        ("junk", shapes(KCPLY, &["m.kcply: line 8: \"x\" is not a number"]).with("m.kcply", mesh("3 0 1 x\n"))),
+        (
+            "a PLY file",
+            shapes(KCPLY, &["m.kcply: line 1: found \"ply\"; a kcply file begins"]).with("m.kcply", "ply\n"),
+        ),
     ]);
 }
 
@@ -192,7 +198,7 @@ fn materials_lights_and_shadows_that_are_wrong() {
             "no samples of lights",
             scene(kit::scene_of(&[direct, SENSOR, SKY]), &["transparent shadows need samples of lights"]),
         ),
-        ("one normal of three", shapes(smooth, &["a triangle has normals at all corners or at none"])),
+        ("one normal of three", shapes(smooth, &["a triangle needs normals at all corners or at none"])),
         (
             "a model that is none",
             shapes(

@@ -43,7 +43,7 @@ fn help_names_the_exit_codes_and_every_option() {
         ("photons", &["-D", "--param", "--seed", "--threads", "--ply", "--npy", "numpy.load"]),
         ("compare", &["--json", "--pictures"]),
         ("verify", &["--only", "--standard", "--full", "--verbose", "--times", "--threads", "--root"]),
-        ("plugins", &["[FILTER]"]),
+        ("plugins", &["[NAME]", "--mitsuba"]),
     ];
     for (command, options) in options {
         let said = run(&mut Folder::new().etendue(&format!("{command} --help")));
@@ -255,9 +255,45 @@ fn plugins_can_be_filtered() {
         let heads = said.out.lines().filter(|line| !line.starts_with(' ') && !line.is_empty());
         (said.code, heads.map(str::to_owned).collect::<Vec<_>>())
     };
-    assert_eq!(heads("ldsam"), (Some(0), vec!["sampler ldsampler".into()]));
+    assert_eq!(heads("ldsamp"), (Some(0), vec!["sampler ldsampler".into()]));
     assert_eq!(heads("sensor"), (Some(0), vec!["sensor perspective".into(), "sensor thinlens".into()]));
     assert_eq!(heads("nothing"), (Some(2), vec![]));
+}
+
+#[test]
+fn a_plugin_has_a_manual_page() {
+    let page = run(&mut Folder::new().etendue("plugins roughconductor"));
+    assert_eq!(page.code, Some(0));
+    let sections = ["bsdf roughconductor\n", "\nParameters\n", "\nExample\n  <bsdf type=", "\nEvidence\n"];
+    let mut rest = page.out.as_str();
+    for section in sections {
+        (_, rest) = rest.split_once(section).unwrap_or_else(|| panic!("{section} is missing in {}", page.out));
+    }
+    for part in ["Walter", "alpha (float, a number", "default 0.1)"] {
+        assert!(page.out.contains(part), "{part}: {}", page.out);
+    }
+    let cases = [
+        ("dielctric", "no plugin is called \"dielctric\"; did you mean \"dielectric\"?\n"),
+        ("principled", "no bsdf is called \"principled\" here; Mitsuba 3.9 has it, étendue does not yet\n"),
+        (
+            "volpath",
+            "no integrator is called \"volpath\" here; Mitsuba 3.9 has it; it is out of étendue's scope (media)\n",
+        ),
+        ("xyzzy", "no plugin is called \"xyzzy\"; etendue plugins lists all\n"),
+    ];
+    for (name, message) in cases {
+        let said = run(&mut Folder::new().etendue(&format!("plugins {name}")));
+        assert_eq!((said.code, said.err.as_str(), said.out.as_str()), (Some(2), message, ""));
+    }
+}
+
+#[test]
+fn the_table_of_mitsubas_plugins_is_current() {
+    let said = run(&mut Folder::new().etendue("plugins --mitsuba"));
+    let page = fs::read_to_string(kit::root().join("docs/mitsuba-plugins.md")).unwrap();
+    let (_, table) = page.split_once("<!-- etendue plugins --mitsuba -->\n").expect("the table begins");
+    let (table, _) = table.split_once("<!-- end -->").expect("the table ends");
+    assert!(table == said.out, "docs/mitsuba-plugins.md is not what `etendue plugins --mitsuba` prints:\n{}", said.out);
 }
 
 #[test]

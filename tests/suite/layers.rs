@@ -10,9 +10,6 @@ use crate::{
     kit,
 };
 
-/// Circles that are known, by the folder. A circle that has been cut is taken off this list.
-const KNOWN: [(&str, &str); 2] = [("scene_file", "params plugin"), ("shape", "laws mesh shapes")];
-
 /// The modules that a file declares, in their order.
 fn order(file: &str) -> Vec<String> {
     let text = fs::read_to_string(kit::root().join(file)).unwrap();
@@ -96,7 +93,7 @@ fn no_modules_of_a_folder_use_each_other_in_a_circle() {
     let words = |circle: Vec<&String>| circle.into_iter().cloned().collect::<Vec<_>>().join(" ");
     let circles = folders.iter().map(|(folder, graph)| (folder.join("::"), words(in_circles(graph))));
     let found: Vec<_> = circles.filter(|(_, circle)| !circle.is_empty()).collect();
-    assert_eq!(found, KNOWN.map(|(folder, circle)| (folder.to_owned(), circle.to_owned())));
+    assert!(found.is_empty(), "{found:?}");
 }
 
 #[test]

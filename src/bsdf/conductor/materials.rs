@@ -1,7 +1,7 @@
-//! Complex indices of refraction of metals and other absorbing materials, by the names that Mitsuba knows.
+//! Complex indices of refraction of metals and other absorbing materials, by Mitsuba's names.
 
-/// Name, real part and imaginary part in linear RGB: the tabulated spectra that Mitsuba 3 ships, as its RGB variants
-/// project them (read off version 3.9.1). `AlSb` and `SiC-e`, whose projections are out of gamut or absent, are left out.
+/// Name, real part and imaginary part in linear RGB: Mitsuba 3's tabulated spectra, projected by its RGB variants
+/// (values of version 3.9.1). `AlSb` and `SiC-e` are omitted, because their projections are out of gamut or absent.
 #[rustfmt::skip]
 pub(crate) const MATERIALS: [(&str, [f64; 3], [f64; 3]); 39] = [
     ("a-C", [2.944_046, 2.227_136, 1.968_162], [0.887_465, 0.799_299, 0.815_29]),

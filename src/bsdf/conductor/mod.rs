@@ -2,14 +2,14 @@ mod materials;
 
 use glam::{DVec2, DVec3};
 
-use super::{BsdfModel, Lobe, Query, Sample, fresnel, reflect};
+use super::{BsdfModel, BsdfSample, Lobe, Query, fresnel, reflect};
 use crate::{
     math::{PerSolidAngle, Rgb, cos_theta},
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     texture::{Texture, TextureModel as _},
 };
 
-/// A smooth metal, or another absorbing material, after Fresnel's equations for a complex index; black on its back.
+/// A smooth metal or another absorbing material, with Fresnel's equations for a complex index. The back is black.
 #[derive(Clone, Debug)]
 pub struct Conductor {
     index: ComplexIndex,
@@ -23,23 +23,28 @@ pub(super) struct ComplexIndex {
     k: Rgb,
 }
 
-/// Metals lie below 100; the fourth powers in the Fresnel equations must stay finite.
+/// Metals have indices below 100. The bound keeps fourth powers in Fresnel's equations finite.
 const INDEX: Range = Range { min: 0.0, max: 1e6, open: false };
 
 /// The parameters of [`ComplexIndex::read`].
 pub(super) const MATERIAL: Param =
-    Param::new("material", ParamKind::String, "none", "a name (Au, Ag, Al, Cu, ...), or none: a perfect mirror");
-pub(super) const ETA: Param =
-    Param::optional("eta", ParamKind::Rgb, "taken from the material", "the real part of the index, linear RGB")
-        .within(INDEX);
+    Param::new("material", ParamKind::String, "none", "a name (Au, Ag, Al, Cu, ...), or none for a perfect mirror");
+pub(super) const ETA: Param = Param::optional(
+    "eta",
+    ParamKind::Rgb,
+    "taken from the material",
+    "the real part of the index of refraction, linear RGB",
+)
+.within(INDEX);
 pub(super) const K: Param =
-    Param::optional("k", ParamKind::Rgb, "taken from the material", "the imaginary part, linear RGB").within(INDEX);
+    Param::optional("k", ParamKind::Rgb, "taken from the material", "the imaginary part of the index, linear RGB")
+        .within(INDEX);
 pub(super) const SPECULAR_REFLECTANCE: Param =
-    Param::new("specular_reflectance", ParamKind::Texture, "1", "scales what is reflected; not physical")
+    Param::new("specular_reflectance", ParamKind::Texture, "1", "scales the reflected light; not physical")
         .within(Range::UNIT);
 
 impl ComplexIndex {
-    /// Reads `eta` and `k`, both or none, or else `material`.
+    /// Reads `eta` and `k` if both are given, else `material`.
     pub(super) fn read(params: &Params<'_>) -> Result<Self, SceneError> {
         let given = [params.find(ETA.name).is_some(), params.find(K.name).is_some()];
         match given {
@@ -49,7 +54,7 @@ impl ComplexIndex {
             [true, true] => Ok(Self { eta: params.rgb(ETA.name)?, k: params.rgb(K.name)? }),
             [false, false] => Self::named(params),
             _ => {
-                Err(SceneError::at(&params.object().place, "of \"eta\" and \"k\" only one is given").hint("give both"))
+                Err(SceneError::at(&params.object().place, "only one of \"eta\" and \"k\" is given").hint("give both"))
             }
         }
     }
@@ -67,7 +72,7 @@ impl ComplexIndex {
         })
     }
 
-    /// The reflectance at an angle of incidence.
+    /// The reflectance at an angle of incidence with the given cosine.
     #[inline]
     pub(super) fn reflectance(&self, cos: f64) -> Rgb {
         fresnel::conductor(cos, self.eta, self.k)
@@ -77,8 +82,9 @@ impl ComplexIndex {
 impl Described for Conductor {
     const PLUGIN: Plugin = Plugin {
         category: Category::Bsdf,
+        manual: manual!("mod.rs": "Conductor"),
         name: "conductor",
-        summary: "A smooth metal, after Fresnel's equations for a complex index.",
+        summary: "A smooth metal, with Fresnel's equations for a complex index.",
         params: &[MATERIAL, ETA, K, SPECULAR_REFLECTANCE],
         examples: &[
             r#"<bsdf type="conductor"><string name="material" value="Au"/></bsdf>"#,
@@ -109,13 +115,13 @@ impl BsdfModel for Conductor {
     }
 
     #[inline]
-    fn sample(&self, query: &Query, _u1: f64, _u2: DVec2) -> Option<Sample> {
+    fn sample(&self, query: &Query, _u1: f64, _u2: DVec2) -> Option<BsdfSample> {
         let cos = cos_theta(query.wi);
         if cos <= 0.0 {
             return None;
         }
         let weight = self.index.reflectance(cos) * self.specular_reflectance.eval(query.uv);
-        Some(Sample { wo: reflect(query.wi), weight, pdf: PerSolidAngle(1.0), lobe: Lobe::Delta, eta: 1.0 })
+        Some(BsdfSample { wo: reflect(query.wi), weight, pdf: PerSolidAngle(1.0), lobe: Lobe::Delta, eta: 1.0 })
     }
 
     fn albedo(&self, uv: DVec2) -> Rgb {

@@ -3,7 +3,7 @@ use super::{
     settings::{Direct, Settings},
 };
 use crate::{
-    bsdf::{BsdfModel as _, Sample},
+    bsdf::{BsdfModel as _, BsdfSample},
     integrator::{CameraRay, Estimator, Notes, SampleOutput, photons::CAMERA_RR_DEPTH},
     math::{Ray, Rgb},
     photon::{EstimateParameters, MapLookup, Photon, PhotonMap, radiance_estimate},
@@ -83,7 +83,7 @@ impl PhotonMapping<'_> {
         point: &ShadingPoint<'_>,
         sampler: &mut PathSampler,
         scattered: &mut ClassRadiance,
-    ) -> Option<Sample> {
+    ) -> Option<BsdfSample> {
         if !point.bsdf.is_smooth() {
             return point.sample_bsdf(sampler);
         }

@@ -2,7 +2,7 @@ use glam::DVec3;
 
 use super::{estimator::PhotonMapping, histogram::DirectionHistogram, settings::Direct};
 use crate::{
-    bsdf::{BsdfModel as _, Lobe, Sample},
+    bsdf::{BsdfModel as _, BsdfSample, Lobe},
     math::{PerSolidAngle, Ray, Rgb},
     photon::{GatherPoint, MapLookup, Visibility},
     sampler::{PathSampler, SampleStream as _},
@@ -18,7 +18,7 @@ impl PhotonMapping<'_> {
         point: &ShadingPoint<'_>,
         sampler: &mut PathSampler,
         scattered: &mut ClassRadiance,
-    ) -> Option<Sample> {
+    ) -> Option<BsdfSample> {
         let settings = self.settings;
         // Without final gathering, rays are only there to meet emitters.
         let meets_emitters =
@@ -144,7 +144,7 @@ fn sample_direction(
     point: &ShadingPoint<'_>,
     histogram: Option<&DirectionHistogram>,
     sampler: &mut PathSampler,
-) -> Option<Sample> {
+) -> Option<BsdfSample> {
     let (u1, u2) = (sampler.next_1d(), sampler.next_2d());
     let Some(histogram) = histogram else { return point.bsdf.sample(&point.query, u1, u2) };
     let wo = if u1 < 0.5 { histogram.sample(u2) } else { point.bsdf.sample(&point.query, 2.0 * u1 - 1.0, u2)?.wo };
@@ -153,7 +153,7 @@ fn sample_direction(
     if scattered == Rgb::ZERO || pdf.0 == 0.0 {
         return None;
     }
-    Some(Sample { wo, weight: scattered / pdf.0, pdf, lobe: Lobe::Smooth, eta: 1.0 })
+    Some(BsdfSample { wo, weight: scattered / pdf.0, pdf, lobe: Lobe::Smooth, eta: 1.0 })
 }
 
 /// The density with which [`sample_direction`] samples a direction of a smooth lobe.

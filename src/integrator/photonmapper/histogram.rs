@@ -1,13 +1,13 @@
 use glam::{DVec2, DVec3};
 
 use crate::{
-    math::{Distribution1D, Draw, PerSolidAngle, cos_theta, luminance, warp},
+    math::{DiscreteSample, Distribution1D, PerSolidAngle, cos_theta, luminance, warp},
     photon::{GatherPoint, MapLookup, PhotonLookup as _},
     transport::{PathClass, ShadingPoint},
 };
 
-/// From where the photons around a place came: a density of directions to gather from. The unit square, which the
-/// hemisphere is an image of by cosines, is cut into cells, each drawn in proportion to the power of its photons.
+/// A density of directions in proportion to the power that nearby photons brought from them. The unit square, mapped to the
+/// cosine-weighted hemisphere, is divided into cells; each is sampled in proportion to the power of its photons.
 /// Jensen 1995, "Importance Driven Path Tracing using the Photon Map".
 pub(super) struct DirectionHistogram {
     /// The cells by the power of their photons.
@@ -20,7 +20,7 @@ const ROWS: usize = 4;
 const CELLS: usize = ROWS * ROWS;
 
 impl DirectionHistogram {
-    /// The guide of a place; None if no indirect photon is near it.
+    /// The histogram at a point; None if no indirect photon is near it.
     pub(super) fn new(lookup: &MapLookup<'_>, gather_point: &GatherPoint, point: &ShadingPoint<'_>) -> Option<Self> {
         let side = if cos_theta(point.query.wi) < 0.0 { -1.0 } else { 1.0 };
         let mut powers = [0.0; CELLS];
@@ -37,8 +37,8 @@ impl DirectionHistogram {
 
     /// Draws a local direction.
     pub(super) fn sample(&self, u: DVec2) -> DVec3 {
-        let Draw { index: cell, rest } = self.cells.sample(u.x);
-        let square = DVec2::new((cell % ROWS) as f64 + rest, (cell / ROWS) as f64 + u.y) / ROWS as f64;
+        let DiscreteSample { index: cell, remapped } = self.cells.sample(u.x);
+        let square = DVec2::new((cell % ROWS) as f64 + remapped, (cell / ROWS) as f64 + u.y) / ROWS as f64;
         self.side * warp::square_to_cosine_hemisphere(square)
     }
 
@@ -48,7 +48,7 @@ impl DirectionHistogram {
         if local.z <= 0.0 {
             return PerSolidAngle(0.0);
         }
-        let chance = self.cells.chance(cell(local));
+        let chance = self.cells.probability(cell(local));
         PerSolidAngle(chance * CELLS as f64 * warp::square_to_cosine_hemisphere_pdf(local.z))
     }
 }

@@ -10,7 +10,7 @@ use crate::{
     scene::Scene,
 };
 
-/// What is gathered before a pass.
+/// The photon maps of an iteration.
 #[derive(Debug)]
 pub(super) struct Maps {
     pub(super) global: PhotonMap,
@@ -44,7 +44,7 @@ impl ShadowRays {
     }
 }
 
-/// What streams of random numbers are for, so that no two maps share any, nor a map and the samples of pixels.
+// The purposes of random streams: no two maps share one, nor a map and the samples of pixels.
 const GLOBAL: u64 = 0x67_6c6f_6261_6c00;
 const CAUSTIC: u64 = 0x63_6175_7374_6963;
 const SHADOW: u64 = 0x73_6861_646f_7700;
@@ -101,7 +101,7 @@ impl Maps {
         Self { global, caustic, shadow, global_lookup, caustic_lookup, shadow_rays: ShadowRays::default(), notes }
     }
 
-    /// What was gathered, and what was saved by it.
+    /// Sizes and times of the maps, and the number of saved shadow rays.
     pub(super) fn notes(&self) -> Notes {
         let mut notes = self.notes.clone();
         notes.facts.extend(self.shadow_rays.fact());

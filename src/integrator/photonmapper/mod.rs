@@ -13,32 +13,31 @@ use crate::{
     film::LayerSpec,
     photon::{EmittedPhotons, PhotonMapKind},
     scene::Scene,
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
     transport::PathClass,
 };
 
-/// Jensen's photon mapping in two passes. The first emits photons: some for a *global* map of all light on surfaces that
-/// scatter over more than single directions, `L(S|D)*D`, others, aimed at mirrors and glass, for a map of *caustics*,
-/// `LS+D`. The second follows paths from the camera through mirrors and glass, by chance where there is a choice, and
-/// finds what the first other surface shows in three parts. So the image has four layers, which add up to it:
+/// Jensen's photon mapping in two passes. The first pass emits photons for two maps: a *global* map of all light on surfaces
+/// with a smooth lobe, `L(S|D)*D`, and a map of *caustics*, `LS+D`, whose photons are aimed at mirrors and glass. The second
+/// pass traces camera paths through mirrors and glass to the first surface with a smooth lobe. The image has four layers, which
+/// add up to it:
 ///
-/// | layer | paths | found |
+/// | layer | paths | found by |
 /// |---|---|---|
-/// | `direct` | `LE`, `LDE` | by connections with lights, and by the rays of gathering that meet a light, weighted by the power heuristic; or from the global map; or like the first, but without rays where shadow photons nearby are of one mind, which sharpens penumbras |
+/// | `direct` | `LE`, `LDE` | emitter sampling and gather rays that hit an emitter, weighted by the power heuristic; or the global map; or emitter sampling with shadow photons in place of most shadow rays, which sharpens penumbras |
 /// | `specular` | `L(S\|D)*SE` | the other three, seen in a mirror or through glass |
-/// | `caustic` | `LS+DE` | from the caustic map alone |
-/// | `indirect` | `L(S\|D)*DS*DE` | by final gathering: rays that go on through mirrors and glass up to a surface that the global map tells the light of; or from the global map alone |
+/// | `caustic` | `LS+DE` | the caustic map alone |
+/// | `indirect` | `L(S\|D)*DS*DE` | final gathering: gather rays through mirrors and glass to a surface where the global map gives the light; or the global map alone |
 ///
-/// Each path belongs to one part alone. A surface that is not there (`null`) counts as `S`. Surfaces that glow send out no
-/// photons.
+/// Each path belongs to one layer. An invisible surface (`null`) counts as `S`. Self-emission of materials emits no photons.
 ///
-/// Estimates are biased: they are means over discs. With `lookup_size` k the disc is that of the k nearest photons, and
-/// the k - 1 within it count, up to the greatest radius; with 0 it is always that radius. Photons count only on their own
-/// side of their own shape (told by 14 bits of a hash), and near the border of a rectangle or of a cube's face the disc is what lies within it; other
-/// shapes look dark within a radius of their border. In Mitsuba 0.6 the numbers of photons are those that are stored;
-/// here they are those that are emitted, which powers are divided by.
+/// Estimates are biased: they are means over discs. With `lookup_size` k the disc reaches to the k-th nearest photon, at most
+/// to the maximum radius, and the k - 1 photons within it count. With 0 it always has the maximum radius. Photons count only on
+/// their own side of their own shape (identified by 14 bits of a hash). Near the border of a rectangle or of a cube's face the disc
+/// is cut at the border; other shapes look dark within a radius of their border. Photon counts are those of emitted photons, by
+/// which powers are divided; in Mitsuba 0.6 they are those of stored photons.
 ///
-/// Within an image the samples of a pixel share their photons, and so do all pixels: there are no variances.
+/// All pixels of an image share their photons, so the image has no variance layers.
 ///
 /// Jensen 2001, *Realistic Image Synthesis Using Photon Mapping*, chapters 5 to 9.
 #[derive(Clone, Debug)]
@@ -49,6 +48,7 @@ pub struct PhotonMapper {
 impl Described for PhotonMapper {
     const PLUGIN: Plugin = Plugin {
         category: Category::Integrator,
+        manual: manual!("mod.rs": "PhotonMapper"),
         name: "photonmapper",
         summary: "Photon mapping in two passes, with a map of its own for caustics.",
         params: PARAMS,

@@ -12,7 +12,7 @@ use crate::{
     transport::PathLimits,
 };
 
-/// What a scene file says of a photon mapper.
+/// The parameters of a photon mapper.
 #[derive(Clone, Debug)]
 pub(super) struct Settings {
     pub(super) global_photons: u64,
@@ -22,7 +22,7 @@ pub(super) struct Settings {
     caustic_radius: Option<f64>,
     kernel: Kernel,
     pub(super) direct: Direct,
-    /// Rays of final gathering; None where the map itself is shown.
+    /// The number of gather rays; None where the map itself is shown.
     pub(super) gather_samples: Option<u32>,
     pub(super) is_guided: bool,
     pub(super) shows_raw: bool,
@@ -30,7 +30,7 @@ pub(super) struct Settings {
     pub(super) hide_emitters: bool,
 }
 
-/// How light that comes straight from lights is found.
+/// The way in which direct light is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Direct {
     Traced,
@@ -38,7 +38,7 @@ pub(super) enum Direct {
     ShadowPhotons,
 }
 
-/// Each photon takes 36 bytes, and each that is emitted may be kept several times.
+/// Each photon takes 36 bytes, and each emitted photon may be stored several times.
 const COUNT: Range = Range { min: 1.0, max: 1e8, open: false };
 
 pub(super) const PARAMS: &[Param] = &[
@@ -54,21 +54,21 @@ pub(super) const PARAMS: &[Param] = &[
         "lookup_size",
         ParamKind::Integer,
         "50",
-        "photons of an estimate, of which the farthest sets the radius; 0 takes all within the radius",
+        "the number of nearest photons in an estimate, of which the farthest only sets the radius; 0 takes all within the radius",
     )
     .within(Range { min: 0.0, max: 1e6, open: false }),
     Param::optional(
         "global_lookup_radius",
         ParamKind::Float,
-        "1/20 of the scene's radius, or what two pixels see if that is more",
-        "no photon of the global map is taken from farther away, in m",
+        "1/20 of the scene's radius, or two pixel footprints if that is more",
+        "the maximum distance of photons of the global map, in m",
     )
     .within(Range::LENGTH),
     Param::optional(
         "caustic_lookup_radius",
         ParamKind::Float,
-        "1/80 of the scene's radius, or what two pixels see if that is more",
-        "no photon of the caustic map is taken from farther away, in m",
+        "1/80 of the scene's radius, or two pixel footprints if that is more",
+        "the maximum distance of photons of the caustic map, in m",
     )
     .within(Range::LENGTH),
     KERNEL,
@@ -79,7 +79,7 @@ pub(super) const PARAMS: &[Param] = &[
         "how direct light is found",
     ),
     Param::new("indirect", ParamKind::Choice(&["final_gather", "map"]), "final_gather", "how indirect light is found"),
-    Param::new("gather_samples", ParamKind::Integer, "1", "rays of each final gathering").within(Range {
+    Param::new("gather_samples", ParamKind::Integer, "1", "gather rays at each point").within(Range {
         min: 1.0,
         max: 1e6,
         open: false,
@@ -88,9 +88,9 @@ pub(super) const PARAMS: &[Param] = &[
         "gather_importance",
         ParamKind::Boolean,
         "false",
-        "whether gathering goes where the map says light comes from",
+        "whether gather rays are also sampled in proportion to the light in the map",
     ),
-    Param::new("raw_estimate", ParamKind::Boolean, "false", "whether a layer \"raw\" shows the global map itself"),
+    Param::new("raw_estimate", ParamKind::Boolean, "false", "whether to write a layer \"raw\" with the estimate of the global map"),
     MAX_DEPTH,
     PHOTON_RR_DEPTH,
     HIDE_EMITTERS,
@@ -125,14 +125,14 @@ impl Settings {
         match params.integer("lookup_size")?.unsigned_abs() as usize {
             1 => {
                 let error = params.error("lookup_size", "\"lookup_size\" is 1");
-                Err(error.hint("must be 2 or more, for the farthest photon only sets the radius; or 0"))
+                Err(error.hint("must be 0, or 2 or more: the farthest photon only sets the radius"))
             }
             nearest => Ok(NonZeroUsize::new(nearest)),
         }
     }
 
-    /// The lookups of the global and of the caustic map. Radii that are not given are a share of the scene's radius, but not
-    /// less than what two pixels see of its middle.
+    /// The parameters of estimates from the global and from the caustic map. Radii that are not given are a fraction of the
+    /// scene's radius, but at least two pixel footprints at its center.
     pub(super) fn lookups(&self, scene: &Scene) -> [EstimateParameters; 2] {
         let sphere = scene.scene_bounds();
         let size = if sphere.radius > 0.0 { sphere.radius } else { 1.0 };

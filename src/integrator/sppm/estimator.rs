@@ -3,7 +3,7 @@ use super::{
     settings::{Schedule, Settings},
 };
 use crate::{
-    bsdf::{BsdfModel as _, Lobe, Sample},
+    bsdf::{BsdfModel as _, BsdfSample, Lobe},
     integrator::{CameraRay, Estimator, IntegratorState, Notes, SampleOutput, photons::CAMERA_RR_DEPTH},
     math::Rgb,
     photon::{
@@ -149,7 +149,7 @@ impl Footprint {
 }
 
 /// A direction in which a path continues.
-fn further(point: &ShadingPoint<'_>, sampler: &mut PathSampler) -> Option<Sample> {
+fn further(point: &ShadingPoint<'_>, sampler: &mut PathSampler) -> Option<BsdfSample> {
     let is_glossy = point.bsdf.is_glossy();
     if !point.bsdf.has_delta() && !is_glossy {
         return None;

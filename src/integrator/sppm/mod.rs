@@ -12,31 +12,30 @@ use super::{Estimator, IntegratorModel, IntegratorState, Iteration, IterationPla
 use crate::{
     film::LayerSpec,
     scene::Scene,
-    scene_file::{Category, Described, Params, Plugin, SceneError},
+    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
     transport::PathClass,
 };
 
-/// Stochastic progressive photon mapping: each pass emits photons, sees them by one path from the eye for every pixel, and
-/// forgets them, and the radius within which they are seen shrinks from pass to pass. So the image converges to the true
-/// one, caustics in mirrors included, in memory that depends on the film and the photons of one pass alone. N samples per
-/// pixel are N passes.
+/// Stochastic progressive photon mapping. Each pass emits photons, gathers them once from every pixel, and discards them. The
+/// gather radius shrinks from pass to pass, so the image converges to the true one, caustics in mirrors included. The memory
+/// depends only on the film and the photons of one pass. N samples per pixel are N passes.
 ///
-/// A path from the eye goes on through mirrors and glass, and where a surface is glossy, so that it shows what photons
-/// from all around would miss; it ends where photons are gathered. Light that comes straight from lights is found by
-/// connections (`direct` traced), or like all other light in photons (`map`). Photons count on their own side of their own
-/// shape, and near the border of a rectangle or of a cube's face the disc is what lies within it.
+/// A camera path continues through mirrors and glass, and from glossy surfaces, whose narrow lobes few photons reach. It ends
+/// where photons are gathered. Direct light is found by emitter sampling (`direct` traced) or from photons like all other light
+/// (`map`). Photons count only on their own side of their own shape. Near the border of a rectangle or of a cube's face the
+/// disc is cut at the border.
 ///
-/// The image is the mean over passes of the density of power around what a pixel sees. This is the flux of Hachisuka and
-/// Jensen: they multiply what has been gathered, τ, by R'²/R² when R shrinks to R', so that τ/R² is a sum over passes, each
+/// The image is the mean over passes of the density of power around the gather points. This is the flux of Hachisuka and
+/// Jensen: they multiply the gathered flux τ by R'²/R² when the radius R shrinks to R', so τ/R² is a sum over passes, each
 /// divided by the square of its own radius.
 ///
-/// | `radius_schedule` | the square of the radius after n passes | passes |
+/// | `radius_schedule` | the squared radius after n passes | passes |
 /// |---|---|---|
-/// | `per_pixel` | shrinks by the photons found: where light is even, it tends to `n^(α-1) / Γ(α)` times the first | build on one another |
-/// | `error_driven` | halves where photons tell that the estimate is biased, else it stays; no `alpha` | build on one another |
+/// | `per_pixel` | shrinks with the photons found; in even light it tends to `n^(α-1) / Γ(α)` times the first | depend on each other |
+/// | `error_driven` | halves where the photons indicate a biased estimate, else stays; ignores `alpha` | depend on each other |
 /// | `per_pass` | `n^(α-1) / Γ(1+α)` times the first | are independent, and can be rendered anywhere in any order |
 ///
-/// The radius of the first pass is `initial_radius`, or as far as two pixels reach where the path from the eye ends.
+/// The radius of the first pass is `initial_radius`, or two pixel footprints at the end of the camera path.
 ///
 /// Hachisuka and Jensen 2009, "Stochastic Progressive Photon Mapping"; Knaus and Zwicker 2011, "Progressive Photon
 /// Mapping: A Probabilistic Approach".
@@ -48,6 +47,7 @@ pub struct Sppm {
 impl Described for Sppm {
     const PLUGIN: Plugin = Plugin {
         category: Category::Integrator,
+        manual: manual!("mod.rs": "Sppm"),
         name: "sppm",
         summary: "Stochastic progressive photon mapping: photon maps that converge.",
         params: PARAMS,

@@ -10,35 +10,35 @@ use crate::{
     transport::PathLimits,
 };
 
-/// What a scene file says of progressive photon mapping.
+/// The parameters of progressive photon mapping.
 #[derive(Clone, Debug)]
 pub(super) struct Settings {
     pub(super) max_passes: Option<u32>,
     pub(super) photon_count: u64,
-    /// In m; None takes what some pixels see.
+    /// In m; None takes some pixel footprints.
     pub(super) initial_radius: Option<f64>,
     pub(super) alpha: f64,
     pub(super) schedule: Schedule,
     pub(super) kernel: Kernel,
-    /// Whether connections find the light that comes straight from lights; else photons do.
+    /// Whether emitter sampling finds direct light; else photons do.
     pub(super) connects: bool,
     pub(super) limits: PathLimits,
     pub(super) hide_emitters: bool,
     pub(super) shows_classes: bool,
 }
 
-/// How radii shrink.
+/// The rule by which radii shrink.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Schedule {
-    /// Each pixel's by the photons that it finds.
+    /// The radius of each pixel shrinks with the photons that it finds.
     PerPixel,
-    /// Each pixel's where its photons tell of bias.
+    /// The radius of each pixel shrinks where its photons indicate bias.
     ErrorDriven,
-    /// All by the number of the pass.
+    /// All radii shrink with the number of the pass.
     PerPass,
 }
 
-/// The radius of the first pass, in pixels.
+/// The radius of the first pass, in pixel footprints.
 const INITIAL_PIXELS: f64 = 2.0;
 
 pub(super) const PARAMS: &[Param] = &[
@@ -58,23 +58,23 @@ pub(super) const PARAMS: &[Param] = &[
         "initial_radius",
         ParamKind::Float,
         "0",
-        "the radius of the first pass in m; 0 takes what two pixels see",
+        "the radius of the first pass in m; 0 takes two pixel footprints",
     )
     .within(Range { min: 0.0, max: f64::MAX, open: false }),
-    Param::new("alpha", ParamKind::Float, "0.7", "how many of the photons that a pass adds stay within the radius")
+    Param::new("alpha", ParamKind::Float, "0.7", "the fraction of a pass's photons that stay within the shrunk radius")
         .within(Range { min: 0.0, max: 1.0, open: true }),
     Param::new(
         "radius_schedule",
         ParamKind::Choice(&["per_pixel", "error_driven", "per_pass"]),
         "per_pixel",
-        "whether radii shrink by what each pixel finds, where that tells of bias, or by the number of the pass",
+        "whether radii shrink with the photons that each pixel finds, where these indicate bias, or with the number of the pass",
     ),
     KERNEL,
     Param::new(
         "direct",
         ParamKind::Choice(&["traced", "map"]),
         "traced",
-        "whether light straight from lights is found by connections or in photons",
+        "whether direct light is found by emitter sampling or from photons",
     ),
     MAX_DEPTH,
     PHOTON_RR_DEPTH,
@@ -108,12 +108,12 @@ impl Settings {
         })
     }
 
-    /// The radius of the first pass, in m, where a pixel sees so much of a surface.
+    /// The radius of the first pass in m, for a pixel footprint in m.
     pub(super) fn first_radius(&self, footprint: f64) -> f64 {
         self.initial_radius.unwrap_or(INITIAL_PIXELS * footprint)
     }
 
-    /// A radius of the first pass that is typical of a scene.
+    /// A typical radius of the first pass in a scene, in m.
     pub(super) fn typical_radius(&self, scene: &Scene) -> f64 {
         let sphere = scene.scene_bounds();
         let size = if sphere.radius > 0.0 { sphere.radius } else { 1.0 };

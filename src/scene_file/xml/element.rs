@@ -2,10 +2,10 @@ use std::borrow::Cow;
 
 use roxmltree::Node;
 
-use crate::scene_file::SourceLocation;
+use crate::scene_file::{SourceLocation, closest};
 
 use super::{
-    fault::{Faults, ParseFault, closest},
+    fault::{Faults, ParseFault},
     params::Parameters,
     source::SourceText,
 };

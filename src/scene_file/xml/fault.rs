@@ -87,24 +87,3 @@ impl Faults {
         if self.list.is_empty() { Ok(value) } else { Err(SceneError(self.list)) }
     }
 }
-
-/// The candidate that was probably meant: equal but for case and underscores, or else the nearest spelling.
-pub(in crate::scene_file) fn closest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let candidates: Vec<_> = candidates.into_iter().take(limit::CANDIDATES + 1).collect();
-    // Edit distances of long texts, or to many names, take long; and among so many, something is always near.
-    if word.len() > limit::PARAMETER_NAME || candidates.len() > limit::CANDIDATES {
-        return None;
-    }
-    let plain = |text: &str| text.replace('_', "").to_lowercase();
-    candidates
-        .into_iter()
-        .filter(|candidate| candidate.len() <= limit::PARAMETER_NAME)
-        .map(|candidate| {
-            let alike = plain(candidate) == plain(word);
-            (if alike { 1.0 } else { strsim::normalized_damerau_levenshtein(word, candidate) }, candidate)
-        })
-        .filter(|(likeness, _)| *likeness >= 0.6)
-        // Candidates may come in any order, but the same scene gets the same message.
-        .max_by(|a, b| a.0.total_cmp(&b.0).then_with(|| b.1.cmp(a.1)))
-        .map(|(_, candidate)| candidate)
-}

@@ -83,8 +83,6 @@ mod limit {
     pub(super) const FAULTS: usize = 50;
     /// Bytes that a message may have before its middle is left out.
     pub(super) const MESSAGE: usize = 400;
-    /// Names among which a message looks for the one that was meant.
-    pub(super) const CANDIDATES: usize = 1_000;
 }
 
 /// Reads a scene file and all it includes.
@@ -94,7 +92,7 @@ mod limit {
 ///
 /// # Errors
 ///
-/// Every fault that was found, in document order, faults of references after the others.
+/// Every fault that was found, file by file in the order of their lines.
 pub fn read(path: &Path, definitions: &[(String, String)]) -> Result<Document, SceneError> {
     let name = path.display().to_string();
     let text = source::load(path, &name, limit::BYTES).map_err(|fault| SceneError(vec![fault]))?;

@@ -3,10 +3,8 @@ use std::{
     collections::{BTreeSet, HashMap},
 };
 
-use super::{
-    fault::{ParseFault, closest},
-    limit,
-};
+use super::{fault::ParseFault, limit};
+use crate::scene_file::closest;
 
 /// The parameters of a scene, `$name` in its attributes. Whoever defines one first wins: the command line comes before
 /// every `<default>`.

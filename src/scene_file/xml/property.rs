@@ -1,11 +1,11 @@
 use glam::DAffine3;
 use roxmltree::Node;
 
-use crate::scene_file::{Spectrum, Value, transform::regular};
+use crate::scene_file::{Spectrum, Value, closest, transform::regular};
 
 use super::{
     element::Element,
-    fault::{ParseFault, closest},
+    fault::ParseFault,
     reader::{File, Parent, Reader},
     refs::DraftValue,
     transform::{self, OPERATIONS},

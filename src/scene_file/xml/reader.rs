@@ -6,11 +6,11 @@ use std::{
 
 use roxmltree::Node;
 
-use crate::scene_file::{Category, Document, ObjectId, SceneError, SourceLocation, Value};
+use crate::scene_file::{Category, Document, ObjectId, SceneError, SourceLocation, Value, closest};
 
 use super::{
     element::Element,
-    fault::{Faults, ParseFault, closest},
+    fault::{Faults, ParseFault},
     guard::{self, Limits},
     limit,
     params::Parameters,
@@ -140,7 +140,9 @@ impl Reader {
                 self.faults.report(ParseFault::new(format!("unused parameter: ${name}={value}")).hint(hint).at(None));
             }
         }
-        self.faults.or(Document { objects, root: ObjectId(0), files: self.files })
+        let files = self.files.clone();
+        let document = self.faults.or(Document { objects, root: ObjectId(0), files: self.files });
+        document.map_err(|error| error.in_order(&files))
     }
 
     /// Reads a file, whose root becomes an object or, for an included scene, gives its objects to the one around it.

@@ -1,9 +1,9 @@
 use std::{collections::HashMap, path::PathBuf, sync::Arc};
 
-use crate::scene_file::{Category, Object, ObjectId, Property, SourceLocation, Value};
+use crate::scene_file::{Category, Object, ObjectId, Property, SourceLocation, Value, closest};
 
 use super::{
-    fault::{Faults, ParseFault, closest},
+    fault::{Faults, ParseFault},
     limit,
 };
 

@@ -1,26 +1,26 @@
-//! Building in three steps: a binary tree by the binned surface-area heuristic, the cheapest way to gather its nodes by
-//! eight, and the nodes themselves.
+//! The builder, in three steps: it builds a binary tree by the binned surface-area heuristic, finds the cheapest way to
+//! collapse it to nodes with up to eight children, and creates these nodes.
 //!
 //! **Depth.** With `levels` nodes left on the path, a range of `n` primitives is split by the heuristic only if
-//! `n <= block * 2^(levels - 1)`, so that its parts fit whatever they are; otherwise it is halved by count. Hence
-//! `n <= block * 2^levels` holds all the way down.
+//! `n <= block * 2^(levels - 1)`, so that any two parts of it fit into the remaining levels. Otherwise it is halved by
+//! count. Hence `n <= block * 2^levels` holds for all ranges.
 
 use glam::DVec3;
 
 use super::{Bvh, Child, Lanes, MAX_LEVELS, Node, Tree, WIDTH};
 use crate::math::Aabb;
 
-/// Bins along each axis.
+/// The number of bins along each axis.
 const BINS: usize = 16;
 
-/// Ranges above this size are built by several threads.
+/// Ranges with more primitives than this are built by several threads.
 const PARALLEL: usize = 8192;
 
-/// Bounds of a lesser magnitude are rounded out to this one or to zero: subnormal numbers, which they or their
-/// products would be, halve the speed of traversal.
+/// Bounds of a lesser magnitude are rounded outwards to this one or to zero. Otherwise they or their products could be
+/// subnormal numbers, which halve the speed of traversal.
 const TINIEST: f32 = 1e-30;
 
-/// Coordinates beyond this one count as infinite.
+/// Coordinates of a greater magnitude count as infinite.
 const FAR: f32 = 1e37;
 
 /// Builds the hierarchy over the boxes that are not empty.
@@ -67,7 +67,7 @@ fn round_up(x: f64) -> f32 {
     }
 }
 
-/// A box in `f32`; the fourth lane, always zero, makes each corner a vector register.
+/// A box in `f32`. Each corner fits a vector register; its fourth lane is always zero.
 #[derive(Clone, Copy, Debug)]
 struct Bounds {
     min: [f32; 4],
@@ -89,17 +89,17 @@ impl Bounds {
 
     #[inline]
     fn union(&self, other: &Self) -> Self {
-        Self { min: less(self.min, other.min), max: more(self.max, other.max) }
+        Self { min: min(self.min, other.min), max: max(self.max, other.max) }
     }
 
-    /// Twice the centre; finite even for infinite boxes.
+    /// Twice the centre, which is finite even for infinite boxes.
     #[inline]
     fn centre2(&self) -> [f32; 4] {
-        let (min, max) = (more(self.min, [-FAR; 4]), less(self.max, [FAR; 4]));
-        std::array::from_fn(|i| min[i] + max[i])
+        let (low, high) = (max(self.min, [-FAR; 4]), min(self.max, [FAR; 4]));
+        std::array::from_fn(|i| low[i] + high[i])
     }
 
-    /// Half the surface area; in `f64` for the sake of huge and tiny boxes.
+    /// Half the surface area, in `f64` to avoid overflow and underflow.
     fn half_area(&self) -> f64 {
         let e: [f64; 3] = std::array::from_fn(|i| f64::from(self.max[i]) - f64::from(self.min[i]));
         e[0] * e[1] + e[1] * e[2] + e[2] * e[0]
@@ -107,16 +107,16 @@ impl Bounds {
 }
 
 #[inline]
-fn less(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+fn min(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
     std::array::from_fn(|i| if a[i] < b[i] { a[i] } else { b[i] })
 }
 
 #[inline]
-fn more(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+fn max(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
     std::array::from_fn(|i| if a[i] > b[i] { a[i] } else { b[i] })
 }
 
-/// A primitive as the builder moves it about.
+/// A primitive, as the builder sorts it.
 #[derive(Clone, Copy, Debug)]
 struct Item {
     bounds: Bounds,
@@ -127,41 +127,42 @@ fn bounds_of(items: &[Item]) -> Bounds {
     items.iter().fold(Bounds::EMPTY, |all, item| all.union(&item.bounds))
 }
 
-/// What a range of items is to become.
+/// A range of items that becomes a subtree.
 #[derive(Clone, Copy)]
 struct Range {
-    /// Where the range begins among all items.
+    /// The index of the range's first item among all items.
     first: usize,
-    /// How many primitives make a block.
+    /// The maximum number of primitives in a block.
     block: usize,
-    /// How many nodes a path from here may have.
+    /// The maximum number of nodes on a path in the subtree.
     levels: u32,
 }
 
 impl Range {
-    /// Whether the heuristic may split `count` items as it likes.
+    /// Whether the heuristic may split `count` items arbitrarily.
     fn is_free(&self, count: usize) -> bool {
         (self.block as u64) << (self.levels - 1) >= count as u64
     }
 
-    /// What the part of the range that begins at `start` is to become.
+    /// The part of the range that begins at its item `start`, one level down.
     fn part(&self, start: usize) -> Self {
         Self { first: self.first + start, levels: self.levels - 1, ..*self }
     }
 }
 
-/// A node of the binary tree. The first child comes right after it.
+/// A node of the binary tree. Its first child follows it directly.
 #[derive(Clone, Copy)]
 struct Binary {
     bounds: Bounds,
-    /// The range of the items below.
+    /// The first item of the subtree.
     first: u32,
+    /// The number of items in the subtree.
     count: u32,
-    /// How far on the second child is; zero if the items make a block.
+    /// The offset of the second child, or zero if the items form a block.
     second: u32,
 }
 
-/// Appends the binary tree over some items, which it sorts, in depth-first order.
+/// Appends the binary tree over the items in depth-first order. It sorts the items.
 fn grow(tree: &mut Vec<Binary>, items: &mut [Item], range: Range) {
     let at = tree.len();
     tree.push(Binary { bounds: bounds_of(items), first: range.first as u32, count: items.len() as u32, second: 0 });
@@ -182,19 +183,18 @@ fn grow(tree: &mut Vec<Binary>, items: &mut [Item], range: Range) {
     }
 }
 
-/// For each node of a binary tree the least cost of what is below it, if at most `1..=8` children of a wide node are to
-/// hold it.
+/// The least cost of the subtree under each node of a binary tree if at most `1..=8` children of a wide node contain it.
 ///
-/// A wide node costs the chance that a ray which enters the root enters it; blocks cost the same wherever they hang, and
-/// so nothing here. (The dynamic programme of Ylitie, Karras & Laine 2017, "Efficient incoherent ray traversal on GPUs
-/// through compressed wide BVHs", section 3.1.)
+/// The cost of a wide node is the probability that a ray through the root's box enters its box. The cost of the blocks does
+/// not depend on the collapse and is left out. (The dynamic programme of Ylitie, Karras & Laine 2017, "Efficient incoherent
+/// ray traversal on GPUs through compressed wide BVHs", section 3.1.)
 fn costs(tree: &[Binary]) -> Vec<[f32; WIDTH]> {
     let whole = tree[0].bounds.half_area();
     let mut costs = vec![[0.0; WIDTH]; tree.len()];
     for at in (0..tree.len()).rev() {
-        let chance = tree[at].bounds.half_area() / whole;
-        // All areas may be zero or infinite.
-        let chance = if chance <= 1.0 { chance as f32 } else { 1.0 };
+        let probability = tree[at].bounds.half_area() / whole;
+        // The ratio is NaN if all areas are zero or infinite.
+        let probability = if probability <= 1.0 { probability as f32 } else { 1.0 };
         costs[at] = match tree[at].second as usize {
             0 => [0.0; WIDTH],
             second => {
@@ -203,7 +203,7 @@ fn costs(tree: &[Binary]) -> Vec<[f32; WIDTH]> {
                 for children in 2..=WIDTH {
                     own[children - 1] = own[children - 2].min(cheapest(left, right, children).0);
                 }
-                own[0] = chance + own[WIDTH - 1];
+                own[0] = probability + own[WIDTH - 1];
                 for children in 2..=WIDTH {
                     own[children - 1] = own[children - 1].min(own[children - 2]);
                 }
@@ -214,7 +214,7 @@ fn costs(tree: &[Binary]) -> Vec<[f32; WIDTH]> {
     costs
 }
 
-/// The least cost of holding two subtrees in so many children, and how many of these the first gets.
+/// The least cost of two subtrees in `children` children of a wide node, and the number of these for the first subtree.
 fn cheapest(left: &[f32; WIDTH], right: &[f32; WIDTH], children: usize) -> (f32, usize) {
     let mut best = (f32::INFINITY, 1);
     for first in 1..children {
@@ -226,17 +226,17 @@ fn cheapest(left: &[f32; WIDTH], right: &[f32; WIDTH], children: usize) -> (f32,
     best
 }
 
-/// The wide tree as it is made.
+/// The wide tree under construction.
 struct Wide {
     binary: Vec<Binary>,
     costs: Vec<[f32; WIDTH]>,
     nodes: Vec<Node>,
-    /// First item and count, in the order of the nodes that hold them.
+    /// The first item and the number of items of each block, in the order of the nodes that contain them.
     blocks: Vec<(u32, u32)>,
 }
 
 impl Wide {
-    /// Adds the wide node over a binary one and all that is below it.
+    /// Adds the wide node for a binary node, and its whole subtree.
     fn add_node(&mut self, binary: usize) {
         let mut children = Vec::with_capacity(WIDTH);
         match self.binary[binary].second {
@@ -260,16 +260,16 @@ impl Wide {
         }
     }
 
-    /// Finds the children that hold what is below an inner node at the least cost.
+    /// Divides the subtree of an inner node into up to `count` children at the least cost.
     fn divide(&self, binary: usize, count: usize, children: &mut Vec<usize>) {
         let (left, right) = (binary + 1, binary + self.binary[binary].second as usize);
         let (_, first) = cheapest(&self.costs[left], &self.costs[right], count);
-        self.gather(left, first, children);
-        self.gather(right, count - first, children);
+        self.collapse(left, first, children);
+        self.collapse(right, count - first, children);
     }
 
-    /// Adds up to `count` children that hold a node at the least cost.
-    fn gather(&self, binary: usize, mut count: usize, children: &mut Vec<usize>) {
+    /// Adds up to `count` children that contain the subtree of a node at the least cost.
+    fn collapse(&self, binary: usize, mut count: usize, children: &mut Vec<usize>) {
         let costs = &self.costs[binary];
         while count > 1 && costs[count - 1] == costs[count - 2] {
             count -= 1;
@@ -281,7 +281,7 @@ impl Wide {
     }
 }
 
-/// The indices of the items, block after block, and where each block begins.
+/// The indices of the primitives, block after block, and the start of each block.
 fn order(blocks: &[(u32, u32)], items: &[Item]) -> (Vec<u32>, Vec<u32>) {
     let mut order = Vec::with_capacity(items.len());
     let mut starts = Vec::with_capacity(blocks.len() + 1);
@@ -294,7 +294,7 @@ fn order(blocks: &[(u32, u32)], items: &[Item]) -> (Vec<u32>, Vec<u32>) {
 }
 
 impl Node {
-    /// A node with these boxes and children yet to be set.
+    /// A node with these boxes. The caller sets the children.
     fn over<'a>(bounds: impl Iterator<Item = &'a Bounds>) -> Self {
         let mut node = Self {
             planes: [[Lanes([f32::INFINITY; WIDTH]), Lanes([f32::NEG_INFINITY; WIDTH])]; 3],
@@ -312,7 +312,7 @@ impl Node {
     }
 }
 
-/// Sorts at least two items into two ranges at the least cost by the heuristic, and returns where the second begins.
+/// Partitions at least two items at the least cost by the heuristic. Returns the start of the second part.
 fn split(items: &mut [Item], block: usize) -> usize {
     let Some((axis, bin, scale)) = best_plane(items, block) else {
         return split_evenly(items);
@@ -327,13 +327,13 @@ fn split(items: &mut [Item], block: usize) -> usize {
     middle
 }
 
-/// Halves the items by count along the axis on which their centres spread most.
+/// Halves the items by count along the axis with the greatest extent of their centres.
 fn split_evenly(items: &mut [Item]) -> usize {
     let (low, high) = centre_range(items);
-    let spread: [f32; 3] = std::array::from_fn(|i| high[i] - low[i]);
-    let axis = (0..3).fold(0, |best, i| if spread[i] > spread[best] { i } else { best });
+    let extent: [f32; 3] = std::array::from_fn(|i| high[i] - low[i]);
+    let axis = (0..3).fold(0, |best, i| if extent[i] > extent[best] { i } else { best });
     let middle = items.len() / 2;
-    // The index decides between equal centres, so that the order is a total one.
+    // The index breaks ties between equal centres, so that the order is total.
     items.select_nth_unstable_by(middle, |a, b| {
         let (p, q) = (a.bounds.centre2()[axis], b.bounds.centre2()[axis]);
         p.total_cmp(&q).then(a.index.cmp(&b.index))
@@ -341,7 +341,7 @@ fn split_evenly(items: &mut [Item]) -> usize {
     middle
 }
 
-/// The box around the (doubled) centres.
+/// The bounding box of the doubled centres.
 fn centre_range(items: &[Item]) -> ([f32; 4], [f32; 4]) {
     let centres = items.iter().map(|item| item.bounds.centre2());
     let all = centres.fold(Bounds::EMPTY, |all, c| all.union(&Bounds { min: c, max: c }));
@@ -357,22 +357,22 @@ struct Scale {
 impl Scale {
     fn new(items: &[Item]) -> Self {
         let (low, high) = centre_range(items);
-        // An axis without extent gets all its centres into the first bin and so offers no split.
+        // On an axis without extent all centres fall into the first bin, so that there is no split.
         let factor = |i: usize| if high[i] > low[i] { BINS as f32 / (high[i] - low[i]) } else { 0.0 };
         Self { low, bins_per_length: std::array::from_fn(factor) }
     }
 
-    /// The bin along each axis.
+    /// The bin of a box along each axis.
     #[inline]
     fn bins(&self, bounds: &Bounds) -> [usize; 4] {
         let centre = bounds.centre2();
         let at: [f32; 4] = std::array::from_fn(|i| (centre[i] - self.low[i]) * self.bins_per_length[i]);
-        // Not a number (infinity times zero) goes to the first bin.
-        less(more(at, [0.0; 4]), [(BINS - 1) as f32; 4]).map(|bin| bin as i32 as usize)
+        // NaN (infinity times zero) is put into the first bin.
+        min(max(at, [0.0; 4]), [(BINS - 1) as f32; 4]).map(|bin| bin as i32 as usize)
     }
 }
 
-/// What fell into a bin.
+/// The bounds and the number of the items in a bin.
 #[derive(Clone, Copy)]
 struct Bin {
     bounds: Bounds,
@@ -388,13 +388,13 @@ impl Bin {
         self.count += count;
     }
 
-    /// Chance of being entered times the tests that follow.
+    /// The cost up to a factor: the probability that a ray enters the box, times the number of blocks to test.
     fn cost(&self, block: usize) -> f64 {
         self.bounds.half_area() * self.count.div_ceil(block) as f64
     }
 }
 
-/// The axis, and the bin at which the second half begins, where the cost is least; `None` if no plane separates.
+/// The axis and the first bin of the second part at which the cost is least. `None` if no plane separates the items.
 fn best_plane(items: &[Item], block: usize) -> Option<(usize, usize, Scale)> {
     let scale = Scale::new(items);
     let mut bins = [[Bin::EMPTY; BINS]; 3];

@@ -1,7 +1,7 @@
-//! The AVX2 kernel and the choice between it and the portable one.
+//! The AVX2 kernel, and the selection between it and the portable kernel.
 //!
-//! The only module of the hierarchy with `unsafe` in it: calls of functions compiled for AVX2, guarded by a token that
-//! exists only where the processor has it, and aligned loads and stores. Its twin is [`Portable`].
+//! This is the only module of the hierarchy with `unsafe` code: calls of functions compiled for AVX2, guarded by a token that
+//! exists only if the processor supports AVX2, and aligned loads and stores. [`Portable`] gives the same results.
 #![allow(unsafe_code)]
 
 use super::{
@@ -10,7 +10,7 @@ use super::{
 };
 use crate::math::Ray;
 
-/// [`Bvh::closest_block`] with the best kernel.
+/// [`Bvh::closest_block`] with the fastest kernel that the processor supports.
 #[inline]
 pub(super) fn closest(tree: &Tree, ray: &Ray, test: impl Test<u32>) -> Option<f64> {
     #[cfg(target_arch = "x86_64")]
@@ -20,7 +20,7 @@ pub(super) fn closest(tree: &Tree, ray: &Ray, test: impl Test<u32>) -> Option<f6
     traverse::closest(Portable, tree, ray, test)
 }
 
-/// [`Bvh::any_block`] with the best kernel.
+/// [`Bvh::any_block`] with the fastest kernel that the processor supports.
 #[inline]
 pub(super) fn any(tree: &Tree, ray: &Ray, test: impl Test<u32>) -> bool {
     #[cfg(target_arch = "x86_64")]
@@ -38,13 +38,13 @@ pub(super) mod avx2 {
     use super::super::{Lanes, Node, Test, Tree, WIDTH};
     use crate::math::Ray;
 
-    /// Eight boxes in one register. Who holds a value of this type runs on a processor with AVX2, and with the BMI1
-    /// and POPCNT that came before it.
+    /// The kernel that tests eight boxes in one register. A value of this type exists only on processors with AVX2, and with
+    /// BMI1 and POPCNT, which are older.
     #[derive(Clone, Copy)]
     pub(in super::super) struct Avx2(());
 
     impl Avx2 {
-        /// The kernel, if this processor has what it takes.
+        /// The kernel, if this processor supports it.
         #[inline]
         pub(in super::super) fn detected() -> Option<Self> {
             (is_x86_feature_detected!("avx2") && is_x86_feature_detected!("bmi1") && is_x86_feature_detected!("popcnt"))
@@ -53,22 +53,22 @@ pub(super) mod avx2 {
 
         #[inline]
         pub(in super::super) fn closest(self, tree: &Tree, ray: &Ray, test: impl Test<u32>) -> Option<f64> {
-            // SAFETY: there is an `Avx2` only where its features were detected.
+            // SAFETY: an `Avx2` exists only if its features were detected.
             unsafe { closest(self, tree, ray, test) }
         }
 
         #[inline]
         pub(in super::super) fn any(self, tree: &Tree, ray: &Ray, test: impl Test<u32>) -> bool {
-            // SAFETY: there is an `Avx2` only where its features were detected.
+            // SAFETY: an `Avx2` exists only if its features were detected.
             unsafe { any(self, tree, ray, test) }
         }
     }
 
     impl Kernel for Avx2 {
         #[inline(always)]
-        fn meet(self, node: &Node, slabs: &Slabs, limit: f32) -> (Lanes, u32) {
-            // SAFETY: there is an `Avx2` only where its features were detected.
-            unsafe { meet(node, slabs, limit) }
+        fn intersect(self, node: &Node, slabs: &Slabs, limit: f32) -> (Lanes, u32) {
+            // SAFETY: an `Avx2` exists only if its features were detected.
+            unsafe { intersect(node, slabs, limit) }
         }
     }
 
@@ -91,21 +91,21 @@ pub(super) mod avx2 {
 
     #[inline]
     #[target_feature(enable = "avx2,bmi1,popcnt")]
-    fn meet(node: &Node, slabs: &Slabs, limit: f32) -> (Lanes, u32) {
+    fn intersect(node: &Node, slabs: &Slabs, limit: f32) -> (Lanes, u32) {
         let mut entry = _mm256_set1_ps(slabs.start);
         let mut exit = _mm256_set1_ps(limit);
         for axis in 0..3 {
             let down = slabs.is_down[axis] as usize;
             let enters = _mm256_sub_ps(load(&node.planes[axis][down]), _mm256_set1_ps(slabs.near_origin[axis]));
             let leaves = _mm256_sub_ps(load(&node.planes[axis][1 - down]), _mm256_set1_ps(slabs.far_origin[axis]));
-            // If the first operand is NaN the second one is the result.
+            // If the first operand is NaN, the result is the second one.
             entry = _mm256_max_ps(_mm256_mul_ps(enters, _mm256_set1_ps(slabs.near_inverse[axis])), entry);
             exit = _mm256_min_ps(_mm256_mul_ps(leaves, _mm256_set1_ps(slabs.far_inverse[axis])), exit);
         }
-        let met = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(entry, exit)) as u32;
+        let hit = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(entry, exit)) as u32;
         let mut lanes = Lanes([0.0; WIDTH]);
         // SAFETY: `Lanes` are eight `f32`, aligned to 32 bytes.
         unsafe { _mm256_store_ps(lanes.0.as_mut_ptr(), entry) };
-        (lanes, met & node.present)
+        (lanes, hit & node.present)
     }
 }

@@ -1,4 +1,4 @@
-//! The promise of the hierarchy on boxes alone; `mesh::triangles` tests it on triangles.
+//! Tests of the guarantee of the hierarchy on boxes. The tests of `mesh::triangles` check it on triangles.
 
 use glam::DVec3;
 use proptest::prelude::*;
@@ -18,7 +18,7 @@ fn scale(random: &mut Stream, from: f64, to: f64) -> f64 {
     10.0_f64.powf(from + (to - from) * random.next_1d())
 }
 
-/// Boxes of all shapes: a third of their extents are zero, some lie in one place.
+/// Random boxes. A third of their extents are zero, and some of them share a position.
 fn boxes(random: &mut Stream, count: usize, offset: DVec3, size: f64) -> Vec<Aabb> {
     let mut one = || {
         let bits = random.next_bits();
@@ -31,7 +31,7 @@ fn boxes(random: &mut Stream, count: usize, offset: DVec3, size: f64) -> Vec<Aab
 }
 
 impl Bvh {
-    /// The parameter of the closest hit: tests primitives that the ray may hit, about front to back.
+    /// The parameter of the closest hit. Calls `test` with primitives, approximately front to back.
     fn closest(&self, ray: &Ray, mut test: impl Test<u32>) -> Option<f64> {
         self.closest_block(ray, |block: u32, ray: &Ray| {
             let mut ray = *ray;
@@ -46,7 +46,7 @@ impl Bvh {
         })
     }
 
-    /// Whether anything is hit.
+    /// Whether the ray hits anything. Calls `test` with primitives.
     fn any(&self, ray: &Ray, mut test: impl Test<u32>) -> bool {
         self.any_block(ray, |block: u32, ray: &Ray| {
             self.block(block).iter().find_map(|&primitive| test.test(primitive, ray))
@@ -54,11 +54,11 @@ impl Bvh {
     }
 }
 
-/// Which primitives the traversal offers, in ascending order.
-fn offered(bvh: &Bvh, ray: &Ray) -> Vec<u32> {
-    let mut offered = vec![];
+/// The primitives that the traversal visits if nothing is hit, in ascending order.
+fn visited(bvh: &Bvh, ray: &Ray) -> Vec<u32> {
+    let mut visited = vec![];
     let any = bvh.any(ray, |primitive, _: &Ray| {
-        offered.push(primitive);
+        visited.push(primitive);
         None
     });
     let mut again = vec![];
@@ -67,13 +67,13 @@ fn offered(bvh: &Bvh, ray: &Ray) -> Vec<u32> {
         None
     });
     assert!(!any && closest.is_none());
-    offered.sort_unstable();
+    visited.sort_unstable();
     again.sort_unstable();
-    assert_eq!(offered, again, "{ray:?}");
-    offered
+    assert_eq!(visited, again, "{ray:?}");
+    visited
 }
 
-/// The box around what is below a child, after checking that the boxes on the way hold it.
+/// The bounding box of the primitives below a child. Checks that the boxes of the nodes contain it.
 fn check_below(bvh: &Bvh, bounds: &[Aabb], child: Child) -> Aabb {
     if let Some(block) = child.as_block() {
         return bvh.block(block).iter().fold(Aabb::EMPTY, |all, &i| all.union(bounds[i as usize]));
@@ -92,22 +92,22 @@ fn check_below(bvh: &Bvh, bounds: &[Aabb], child: Child) -> Aabb {
     all
 }
 
-/// The slots of a node that are in use.
+/// The slots of a node's children.
 fn present(node: &Node) -> impl Iterator<Item = usize> {
     (0..WIDTH).filter(|slot| node.present >> slot & 1 == 1)
 }
 
-/// The most that can wait on the stack below a child.
-fn waiting(bvh: &Bvh, child: Child) -> usize {
+/// The greatest number of entries that the traversal of a subtree can have on the stack.
+fn max_stack(bvh: &Bvh, child: Child) -> usize {
     if child.as_block().is_some() {
         return 0;
     }
     let node = &bvh.tree.nodes[child.0 as usize];
-    let deepest = present(node).map(|slot| waiting(bvh, node.children[slot])).max().unwrap_or(0);
+    let deepest = present(node).map(|slot| max_stack(bvh, node.children[slot])).max().unwrap_or(0);
     present(node).count() - 1 + deepest
 }
 
-/// Checks all that traversal relies on.
+/// Checks the invariants on which the traversal relies.
 fn check_structure(bvh: &Bvh, bounds: &[Aabb]) {
     let mut order = bvh.order.clone();
     order.sort_unstable();
@@ -119,33 +119,33 @@ fn check_structure(bvh: &Bvh, bounds: &[Aabb]) {
     assert_eq!(bvh.bounds(), all);
     if !expected.is_empty() {
         assert_eq!(check_below(bvh, bounds, Child::node(0)), all);
-        assert!(waiting(bvh, Child::node(0)) < STACK);
+        assert!(max_stack(bvh, Child::node(0)) < STACK);
     }
 }
 
-/// A ray and the parameter at which it meets, but for rounding, a point of a box: often a corner, or a point of an edge
-/// or a face; often along an axis or in a plane of two.
+/// A ray to a point of a box, with the point's parameter up to rounding. The point is often a corner or on an edge or a
+/// face. The direction is often parallel to an axis or a coordinate plane.
 fn ray_to(b: &Aabb, size: f64, random: &mut Stream) -> Option<(Ray, f64)> {
     let bits = random.next_bits();
     let mut weights = 0.5 + 0.5 * in_cube(random);
-    let mut way = size * in_cube(random) * scale(random, -3.0, 3.0);
+    let mut offset = size * in_cube(random) * scale(random, -3.0, 3.0);
     for axis in 0..3 {
         if bits >> (2 * axis) & 2 == 0 {
             weights[axis] = (bits >> (2 * axis) & 1) as f64;
         }
         if bits >> (8 + 2 * axis) & 3 == 0 {
-            way[axis] = 0.0;
+            offset[axis] = 0.0;
         }
     }
     let point = b.min + weights * b.extent();
-    let origin = point - way;
+    let origin = point - offset;
     let length = scale(random, -6.0, 6.0);
     let direction = (point - origin) * length;
     (direction != DVec3::ZERO).then(|| (Ray::new(origin, direction), 1.0 / length))
 }
 
 #[test]
-fn no_box_on_the_way_is_passed_over() {
+fn no_box_on_the_ray_is_missed() {
     let mut checked = 0;
     for case in 0..100 {
         let mut random = Stream::at(&[10, case]);
@@ -165,7 +165,7 @@ fn no_box_on_the_way_is_passed_over() {
                 Ray { t_min: -t.next_up(), t_max: -t.next_down(), ..back },
                 Ray { t_min: f64::NEG_INFINITY, t_max: 0.0, ..back },
             ] {
-                assert!(offered(&bvh, &ray).contains(&(target as u32)), "{ray:?} {:?}", bounds[target]);
+                assert!(visited(&bvh, &ray).contains(&(target as u32)), "{ray:?} {:?}", bounds[target]);
             }
             checked += 1;
         }
@@ -173,14 +173,14 @@ fn no_box_on_the_way_is_passed_over() {
     assert!(checked > 150_000, "{checked}");
 }
 
-/// Where a ray is inside a box.
+/// The parameters at which the line of a ray enters and leaves a box.
 fn span(b: &Aabb, ray: &Ray) -> (f64, f64) {
     let (p, q) = ((b.min - ray.origin) / ray.direction, (b.max - ray.origin) / ray.direction);
     (p.min(q).max_element(), p.max(q).min_element())
 }
 
 #[test]
-fn boxes_off_the_way_are_passed_over() {
+fn boxes_off_the_ray_are_skipped() {
     let mut random = Stream::at(&[11]);
     let corners = (0..4096).map(|i| DVec3::new(f64::from(i % 16), f64::from(i / 16 % 16), f64::from(i / 256)));
     let bounds: Vec<_> = corners.map(|corner| Aabb::around([corner, corner + 0.9])).collect();
@@ -189,29 +189,29 @@ fn boxes_off_the_way_are_passed_over() {
     for _ in 0..1000 {
         let origin = 8.0 + 20.0 * in_cube(&mut random).normalize();
         let ray = Ray::new(origin, 8.0 + 8.0 * in_cube(&mut random) - origin);
-        let is_met = |&i: &u32| {
+        let is_hit = |&i: &u32| {
             let (entry, exit) = span(&bounds[i as usize], &ray);
             entry <= exit && exit > 0.0
         };
-        let met: Vec<_> = (0..4096).filter(is_met).collect();
-        assert_eq!(offered(&bvh, &ray), met);
-        count += met.len();
-        // Front to back: once something is hit, what lies behind is left alone.
+        let hit: Vec<_> = (0..4096).filter(is_hit).collect();
+        assert_eq!(visited(&bvh, &ray), hit);
+        count += hit.len();
+        // The traversal is front to back: it skips the boxes behind a hit.
         let mut visits = 0;
         let t = bvh.closest(&ray, |i, ray: &Ray| {
             visits += 1;
             let (entry, exit) = span(&bounds[i as usize], ray);
             (entry <= exit && ray.contains(entry)).then_some(entry)
         });
-        let first = met.iter().map(|&i| span(&bounds[i as usize], &ray).0).reduce(f64::min);
+        let first = hit.iter().map(|&i| span(&bounds[i as usize], &ray).0).reduce(f64::min);
         assert_eq!(t, first);
-        assert!(visits <= 3, "{visits} of {}", met.len());
+        assert!(visits <= 3, "{visits} of {}", hit.len());
     }
     assert!(count > 5000, "{count}");
 }
 
 #[test]
-fn the_ends_of_the_ray_cull() {
+fn boxes_beyond_the_ends_of_the_ray_are_skipped() {
     let point = |x: f64| DVec3::splat(x);
     let bounds: Vec<_> = (0..64).map(|i| Aabb::around([point(f64::from(i)), point(f64::from(i) + 0.5)])).collect();
     let bvh = Bvh::build(&bounds);
@@ -220,19 +220,19 @@ fn the_ends_of_the_ray_cull() {
             let ray = Ray { t_min: from / length, t_max: to / length, ..Ray::new(DVec3::ZERO, point(length)) };
             let expected: Vec<_> =
                 (0..64).filter(|&i| bounds[i as usize].min.x < to && from < bounds[i as usize].max.x).collect();
-            assert_eq!(offered(&bvh, &ray), expected, "{ray:?}");
+            assert_eq!(visited(&bvh, &ray), expected, "{ray:?}");
         }
     }
 }
 
 #[test]
-fn nothing_and_next_to_nothing_can_be_built() {
+fn empty_and_degenerate_hierarchies_can_be_built() {
     let ray = Ray::new(DVec3::new(-1.0, 0.0, 0.0), DVec3::X);
     let nan = Aabb { min: DVec3::NAN, max: DVec3::NAN };
     for none in [vec![], vec![Aabb::EMPTY], vec![nan, Aabb::EMPTY, nan]] {
         let bvh = Bvh::build(&none);
         check_structure(&bvh, &none);
-        assert!(offered(&bvh, &ray).is_empty() && bvh.block_count() == 0);
+        assert!(visited(&bvh, &ray).is_empty() && bvh.block_count() == 0);
     }
     let point = Aabb::around([DVec3::ZERO]);
     let all = Aabb { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY };
@@ -242,39 +242,39 @@ fn nothing_and_next_to_nothing_can_be_built() {
         for block in [1, 4] {
             let bvh = Bvh::build_in_blocks(bounds.iter().copied(), block);
             check_structure(&bvh, &bounds);
-            assert_eq!(offered(&bvh, &ray).len(), count);
+            assert_eq!(visited(&bvh, &ray).len(), count);
         }
     }
     let mixed = [all, Aabb::EMPTY, point, nan, half, Aabb::around([DVec3::splat(1e300)]), point];
     let bvh = Bvh::build(&mixed);
     check_structure(&bvh, &mixed);
-    // A ray that is none is offered anything, but the search ends.
+    // An invalid ray may visit any boxes, but the traversal ends.
     for none in [Ray::new(DVec3::NAN, DVec3::NAN), Ray::new(DVec3::splat(1e300), DVec3::ONE)] {
-        assert!(offered(&bvh, &none).len() <= 5);
+        assert!(visited(&bvh, &none).len() <= 5);
     }
-    let found = offered(&bvh, &ray);
+    let found = visited(&bvh, &ray);
     assert!([0, 2, 4, 6].iter().all(|i| found.contains(i)), "{found:?}");
 }
 
 #[test]
-fn lopsided_trees_stay_within_the_stack() {
-    // The heuristic would peel these off one by one.
+fn unbalanced_trees_do_not_overflow_the_stack() {
+    // The heuristic alone would split off these boxes one by one.
     for ratio in [0.5_f64, 0.9, 0.99, 1.01] {
         let corner = |i: i32| DVec3::ONE * ratio.powi(i);
         let nested: Vec<_> = (0..5000).map(|i| Aabb::around([DVec3::ZERO, corner(i)])).collect();
-        let apart: Vec<_> = (0..5000).map(|i| Aabb::around([corner(i)])).collect();
-        for (bounds, block) in [(&nested, 1), (&nested, 4), (&apart, 1), (&apart, 4)] {
+        let disjoint: Vec<_> = (0..5000).map(|i| Aabb::around([corner(i)])).collect();
+        for (bounds, block) in [(&nested, 1), (&nested, 4), (&disjoint, 1), (&disjoint, 4)] {
             check_structure(&Bvh::build_in_blocks(bounds.iter().copied(), block), bounds);
         }
     }
 }
 
 #[test]
-fn the_tree_does_not_depend_on_the_threads() {
+fn the_tree_does_not_depend_on_the_number_of_threads() {
     let mut random = Stream::at(&[12]);
     let bounds = boxes(&mut random, 60_000, DVec3::ZERO, 1.0);
     let build = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be had");
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started");
         pool.install(|| Bvh::build_in_blocks(bounds.iter().copied(), 4))
     };
     let one = build(1);
@@ -286,10 +286,10 @@ fn the_tree_does_not_depend_on_the_threads() {
 }
 
 #[test]
-fn a_forest_offers_what_its_trees_would() {
+fn a_forest_finds_the_hits_of_its_primitives() {
     let mut random = Stream::at(&[15]);
     for count in [0, 1, 3, 40] {
-        // Every third primitive is a box without a hierarchy; others have up to a hundred of one to four a block.
+        // Every third primitive is a box without a hierarchy. The others have up to a hundred boxes, one to four per block.
         let mut boxes_of = |i: usize| {
             let count = if i.is_multiple_of(3) { 1 } else { 1 + random.next_bits() as usize % 100 };
             let offset = 2.0 * in_cube(&mut random);
@@ -344,28 +344,28 @@ fn both_kernels_give_the_same_bits() {
     for _ in 0..50_000 {
         let planes = [[[0; WIDTH]; 2]; 3].map(|axis| axis.map(|plane| Lanes(plane.map(|_| number(&mut random)))));
         let node = Node { planes, children: Default::default(), present: random.next_bits() as u32 & 0xff };
-        // Zeros of either sign, and numbers whose inverse overflows.
+        // Factors that include zeros of either sign and numbers whose inverse overflows.
         let tiny = |random: &mut Stream| [1.0, 1.0, 1.0, 0.0, -0.0, 1e-60][random.next_bits() as usize % 6];
         let direction = in_cube(&mut random) * DVec3::new(tiny(&mut random), tiny(&mut random), 1.0);
         let ray = Ray { t_min: random.next_1d() - 0.5, ..Ray::new(in_cube(&mut random).round(), direction) };
         let slabs = Slabs::new(&ray, 0.0);
         let limit = number(&mut random);
-        let (entry, met) = Portable.meet(&node, &slabs, limit);
-        let (other_entry, other_met) = avx2.meet(&node, &slabs, limit);
-        assert_eq!((entry.0.map(f32::to_bits), met), (other_entry.0.map(f32::to_bits), other_met), "{ray:?} {node:?}");
+        let (entry, hit) = Portable.intersect(&node, &slabs, limit);
+        let (other_entry, other_hit) = avx2.intersect(&node, &slabs, limit);
+        assert_eq!((entry.0.map(f32::to_bits), hit), (other_entry.0.map(f32::to_bits), other_hit), "{ray:?} {node:?}");
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[test]
-fn both_kernels_visit_alike() {
+fn both_kernels_visit_the_same_blocks() {
     let Some(avx2) = avx2() else { return };
     let mut random = Stream::at(&[14]);
     let bounds = boxes(&mut random, 3000, DVec3::ZERO, 1.0);
     let bvh = Bvh::build_in_blocks(bounds.iter().copied(), 4);
     for _ in 0..20_000 {
         let ray = Ray::new(in_cube(&mut random), in_cube(&mut random));
-        // Every seventh block stands for a hit half-way to the end.
+        // Every seventh block counts as a hit at half of `t_max`.
         let test = |block: u32, ray: &Ray, visited: &mut Vec<u32>| {
             visited.push(block);
             block.is_multiple_of(7).then_some(0.5 * ray.t_max.min(4.0))
@@ -379,7 +379,7 @@ fn both_kernels_visit_alike() {
     }
 }
 
-/// Coordinates at the limits of what `f32` and `f64` can do.
+/// Coordinates that include the limits of `f32` and `f64`.
 fn coordinate() -> impl Strategy<Value = f64> {
     let corners = vec![0.0, -0.0, 1.0, 1e-310, -1e-40, 1e-30, 1.0 + 1e-12, 3e38, -1e300];
     let narrow = (-2.0..2.0_f64).prop_map(|x| f64::from(x as f32));
@@ -388,7 +388,7 @@ fn coordinate() -> impl Strategy<Value = f64> {
 
 proptest! {
     #[test]
-    fn boxes_of_any_size_make_a_tree(
+    fn hierarchies_over_boxes_of_any_size_are_valid(
         corners in prop::collection::vec(prop::array::uniform6(coordinate()), 0..200), block in 1..6_usize,
     ) {
         let around = |c: [f64; 6]| Aabb::around([DVec3::new(c[0], c[1], c[2]), DVec3::new(c[3], c[4], c[5])]);

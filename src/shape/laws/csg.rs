@@ -1,39 +1,42 @@
-//! What must hold for constructive solid geometry: integral geometry, set algebra and faces that coincide.
+//! The laws of constructive solid geometry: integral geometry, set algebra, and faces that coincide.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DVec2, DVec3};
 use sobol_burley::sample;
 
-use super::subjects::{octahedron, revolved_area};
+use super::{
+    mesh::kcply,
+    subjects::{octahedron, revolved_area},
+};
 use crate::{
     law::{Check, Effort, Finding, Law, worst},
     math::{Frame, Ray, rng::Stream, warp},
     scene_file::xml,
-    shape::{Hit, Line, Shape, ShapeModel as _, SolidModel as _, mesh},
+    shape::{Hit, Line, Shape, ShapeModel as _, SolidModel as _},
     stats::Moments,
 };
 
-/// These laws.
+/// The laws of constructive solid geometry.
 pub const LAWS: &[Law] = &[
     Law {
         name: "csg/solids",
-        claim: "Random lines find the volume, the surface and, by x·n, the signed volume of solids and of what CSG makes of \
-                them, each with a relative standard error of 1e-3 at most.",
+        claim: "Random lines give the volume, the surface area and, from x·n, the signed volume of solids and of csgs of \
+                them, each with a relative standard error of at most 1e-3.",
         source: "Cauchy and Crofton, Gauss; closed forms of lenses, caps, quadrics and nested shells",
         check: Check::Analytic(solids),
     },
     Law {
         name: "csg/membership",
-        claim: "On random trees, a point of a line lies between an entry and an exit if and only if it is in the set that the tree \
-                describes.",
-        source: "the inequalities of the leaves, combined point by point",
+        claim: "On random trees, a point of a line lies between an entry and an exit if and only if it is in the set that \
+                the tree describes.",
+        source: "the inequalities of the operands, combined point by point",
         check: Check::Analytic(membership),
     },
     Law {
         name: "csg/identities",
         claim: "On random trees A, B in a cube U: De Morgan's laws, A \\ B = A ∩ (U \\ B), (A \\ B) ∪ (A ∩ B) = A, A ∪ A = A, \
-                A ∪ (A ∩ B) = A, A \\ A is empty: no line is entered or left elsewhere, though faces coincide.",
+                A ∪ (A ∩ B) = A, A \\ A is empty. Both sides have the same crossings with every line, although faces coincide.",
         source: "the algebra of sets",
         check: Check::Analytic(identities),
     },
@@ -52,32 +55,33 @@ fn shape(element: &str) -> Shape {
     Shape::read_from(&params).expect("the shape is valid")
 }
 
-/// A csg of some elements.
+/// The element of a csg.
 fn csg(operation: &str, operands: &[&str]) -> String {
     format!(r#"<shape type="csg"><string name="operation" value="{operation}"/>{}</shape>"#, operands.concat())
 }
 
-fn ball(centre: DVec3, radius: f64) -> String {
+/// The element of a sphere.
+fn sphere(centre: DVec3, radius: f64) -> String {
     let DVec3 { x, y, z } = centre;
     format!(
         r#"<shape type="sphere"><point name="center" x="{x}" y="{y}" z="{z}"/><float name="radius" value="{radius}"/></shape>"#
     )
 }
 
-/// A solid with what is known of it.
+/// A solid with its known properties.
 struct Solid {
     name: &'static str,
     shape: Shape,
     volume: f64,
     area: f64,
     convex: bool,
-    /// A ball around it.
-    around: (DVec3, f64),
+    /// The centre and the radius of a bounding sphere.
+    bounding_sphere: (DVec3, f64),
 }
 
 impl Solid {
-    fn new(name: &'static str, element: &str, [volume, area]: [f64; 2], around: (DVec3, f64)) -> Self {
-        Self { name, shape: shape(element), volume, area, convex: false, around }
+    fn new(name: &'static str, element: &str, [volume, area]: [f64; 2], bounding_sphere: (DVec3, f64)) -> Self {
+        Self { name, shape: shape(element), volume, area, convex: false, bounding_sphere }
     }
 
     fn convex(self) -> Self {
@@ -86,13 +90,13 @@ impl Solid {
 }
 
 fn spheres() -> Vec<Solid> {
-    let (one, other) = (ball(DVec3::ZERO, 1.0), ball(DVec3::X, 0.8));
+    let (one, other) = (sphere(DVec3::ZERO, 1.0), sphere(DVec3::X, 0.8));
     let of = |operation| csg(operation, &[&one, &other]);
     let unit = (DVec3::ZERO, 1.001);
-    // Spheres within spheres, touching none, cut out in turn.
+    // Nested spheres that do not touch, subtracted alternately.
     let shells = [(0.0, 1.0), (0.1, 0.8), (-0.05, 0.6), (0.1, 0.4), (0.15, 0.2)];
     let nested = shells.iter().rev().fold(String::new(), |inner, (x, radius)| {
-        let shell = ball(DVec3::new(*x, -0.5 * x, 0.3 * x), *radius);
+        let shell = sphere(DVec3::new(*x, -0.5 * x, 0.3 * x), *radius);
         if inner.is_empty() { shell } else { csg("difference", &[&shell, &inner]) }
     });
     let (cubes, squares) = (1.0 - 0.512 + 0.216 - 0.064 + 0.008, 1.0 + 0.64 + 0.36 + 0.16 + 0.04);
@@ -126,7 +130,7 @@ fn quadrics() -> Vec<Solid> {
     let ellipsoid = r#"<shape type="ellipsoid"><vector name="radii" x="1.2" y="0.8" z="0.5"/></shape>"#;
     let plane = r#"<shape type="plane"><transform name="to_world"><translate z="0.3"/></transform></shape>"#;
     let identity = DAffine3::IDENTITY;
-    let mantle = revolved_area(&identity, [-1.0, 1.0], |z| DVec2::new(0.5 * (1.0 + z * z / 0.64).sqrt(), z));
+    let lateral = revolved_area(&identity, [-1.0, 1.0], |z| DVec2::new(0.5 * (1.0 + z * z / 0.64).sqrt(), z));
     let caps = TAU * 0.25 * (1.0 + 1.0 / 0.64);
     let sheet = revolved_area(&identity, [0.0, 1.5_f64.acosh()], |s| DVec2::new(s.sinh(), 0.5 * s.cosh()));
     let bowl_area = PI * 0.8 / 24.0 * ((0.64 + 16.0_f64).powf(1.5) - 0.512) + PI * 0.64;
@@ -139,7 +143,7 @@ fn quadrics() -> Vec<Solid> {
         Solid::new(
             "hyperboloid of one sheet",
             &closed(one_sheet),
-            [0.5 * PI * (1.0 + 1.0 / 1.92), mantle + caps],
+            [0.5 * PI * (1.0 + 1.0 / 1.92), lateral + caps],
             (DVec3::ZERO, 1.281),
         ),
         Solid::new(
@@ -150,8 +154,8 @@ fn quadrics() -> Vec<Solid> {
         ),
         Solid::new("saddle in a box", &closed(saddle), [6.0, 16.0 + saddle_area()], (DVec3::Z * 0.25, 1.892)),
         Solid::new(
-            "ball cut by a plane",
-            &csg("intersection", &[&ball(DVec3::ZERO, 1.0), plane]),
+            "sphere cut by a plane",
+            &csg("intersection", &[&sphere(DVec3::ZERO, 1.0), plane]),
             [4.0 / 3.0 * PI - PI * 0.49 * (1.0 - 0.7 / 3.0), 4.0 * PI - TAU * 0.7 + PI * 0.91],
             (DVec3::ZERO, 1.001),
         )
@@ -159,7 +163,7 @@ fn quadrics() -> Vec<Solid> {
     ]
 }
 
-/// Of z = x² - y² over a square: `∫ sqrt(1 + 4x² + 4y²)` by the midpoint rule.
+/// The area of z = x² - y² over the square [-1, 1]²: `∫ sqrt(1 + 4x² + 4y²)` by the midpoint rule.
 fn saddle_area() -> f64 {
     const N: usize = 400;
     let at = |i: usize| 2.0 * (i as f64 + 0.5) / N as f64 - 1.0;
@@ -167,32 +171,33 @@ fn saddle_area() -> f64 {
     (0..N * N).map(|k| value(k / N, k % N)).sum::<f64>() * 4.0 / (N * N) as f64
 }
 
-/// Cut by planes and out of balls, from a file.
+/// A mesh from a file, cut by a plane and subtracted from a sphere.
 fn meshes() -> Vec<Solid> {
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
     let path = folder.path().join("octahedron.kcply");
-    std::fs::write(&path, mesh::laws::kcply(&octahedron(), 0)).expect("a temporary folder can be written to");
+    std::fs::write(&path, kcply(&octahedron(), 0)).expect("a temporary folder can be written to");
     let element = format!(r#"<shape type="kcply"><string name="filename" value="{}"/></shape>"#, path.display());
     let faces = 4.0 * 3.0_f64.sqrt();
-    let pit = csg("difference", &[&ball(DVec3::ZERO, 1.0), &element]);
+    let pit = csg("difference", &[&sphere(DVec3::ZERO, 1.0), &element]);
     let half = csg("intersection", &[&element, r#"<shape type="plane"/>"#]);
     let volumes = [4.0 / 3.0 * (PI - 1.0), 2.0 / 3.0];
     vec![
-        Solid::new("ball without octahedron", &pit, [volumes[0], 4.0 * PI + faces], (DVec3::ZERO, 1.001)),
+        Solid::new("sphere without octahedron", &pit, [volumes[0], 4.0 * PI + faces], (DVec3::ZERO, 1.001)),
         Solid::new("half an octahedron", &half, [volumes[1], 0.5 * faces + 2.0], (DVec3::ZERO, 1.001)).convex(),
     ]
 }
 
-/// Independent sets of points, whose scatter tells the error.
+/// The number of independent Sobol' point sets, whose variance gives the standard error.
 const REPLICATES: u32 = 16;
 
 fn solids(effort: Effort) -> Vec<Finding> {
     spheres().into_iter().chain(quadrics()).chain(meshes()).flat_map(|solid| lines_through(&solid, effort)).collect()
 }
 
+/// Compares the integrals that lines through a solid give with the known properties.
 fn lines_through(solid: &Solid, effort: Effort) -> Vec<Finding> {
     let lines = effort.samples(1 << 15);
-    let (centre, radius) = solid.around;
+    let (centre, radius) = solid.bounding_sphere;
     let mut moments = [Moments::default(); 4];
     for replicate in 0..REPLICATES {
         let mut sums = [0.0; 4];
@@ -233,19 +238,19 @@ fn crossings(shape: &Shape, ray: &Ray) -> Vec<Hit> {
     shape.geometry.cross(&Line::new(ray)).into_iter().map(Hit::from).collect()
 }
 
-/// Negative inside of a solid.
+/// A function that is negative inside a solid.
 type Inequality = fn(DVec3) -> f64;
 
 /// A random set, as an element and as inequalities.
 enum Tree {
-    Leaf { element: String, to_local: DAffine3, form: Inequality },
+    Operand { element: String, to_local: DAffine3, form: Inequality },
     Node { operation: usize, children: Vec<Tree> },
 }
 
 const OPERATIONS: [&str; 3] = ["union", "intersection", "difference"];
 
-/// Leaves in their own space.
-const LEAVES: [(&str, Inequality); 6] = [
+/// The operands, as attributes of their elements, and their inequalities in shape space.
+const OPERANDS: [(&str, Inequality); 6] = [
     (r#"type="sphere""#, |p| p.length() - 1.0),
     (r#"type="cube""#, |p| p.abs().max_element() - 1.0),
     (r#"type="plane""#, |p| p.z),
@@ -257,15 +262,15 @@ const LEAVES: [(&str, Inequality); 6] = [
 impl Tree {
     fn random(stream: &mut Stream, depth: u32) -> Self {
         if depth == 0 || stream.next_1d() < 0.2 {
-            return Self::operand_index(stream);
+            return Self::random_operand(stream);
         }
         let operation = (stream.next_1d() * 3.0) as usize;
         let count = 2 + (stream.next_1d() * 2.0) as usize;
         Self::Node { operation, children: (0..count).map(|_| Self::random(stream, depth - 1)).collect() }
     }
 
-    fn operand_index(stream: &mut Stream) -> Self {
-        let (kind, form) = LEAVES[(stream.next_1d() * LEAVES.len() as f64) as usize];
+    fn random_operand(stream: &mut Stream) -> Self {
+        let (kind, form) = OPERANDS[(stream.next_1d() * OPERANDS.len() as f64) as usize];
         let mut signed = |size: f64| size * (2.0 * stream.next_1d() - 1.0);
         let centre = DVec3::new(signed(0.8), signed(0.8), signed(0.8));
         let size = DVec3::new(0.9 + signed(0.5), 0.9 + signed(0.5), 0.9 + signed(0.5));
@@ -279,12 +284,12 @@ impl Tree {
         let matrix = format!("{a} {b} {c} {} {d} {e} {f} {} {g} {h} {i} {} 0 0 0 1", t.x, t.y, t.z);
         let element =
             format!(r#"<shape {kind}><transform name="to_world"><matrix value="{matrix}"/></transform></shape>"#);
-        Self::Leaf { element, to_local: to_world.inverse(), form }
+        Self::Operand { element, to_local: to_world.inverse(), form }
     }
 
     fn element(&self) -> String {
         match self {
-            Self::Leaf { element, .. } => element.clone(),
+            Self::Operand { element, .. } => element.clone(),
             Self::Node { operation, children } => {
                 let children: Vec<_> = children.iter().map(Self::element).collect();
                 csg(OPERATIONS[*operation], &children.iter().map(String::as_str).collect::<Vec<_>>())
@@ -292,10 +297,10 @@ impl Tree {
         }
     }
 
-    /// Whether a point is in it, and how far it is from any leaf's surface at least, roughly.
+    /// Whether the set contains a point, and approximately the least distance of the point from an operand's surface.
     fn contains(&self, p: DVec3) -> (bool, f64) {
         match self {
-            Self::Leaf { to_local, form, .. } => {
+            Self::Operand { to_local, form, .. } => {
                 let value = form(to_local.transform_point3(p));
                 (value < 0.0, value.abs())
             }
@@ -345,14 +350,14 @@ fn membership(effort: Effort) -> Vec<Finding> {
     })
 }
 
-/// How many of some lines are entered or left elsewhere in two shapes.
+/// The number of random lines whose crossings with two shapes differ.
 fn differences(one: &str, other: &str, stream: &mut Stream, lines: u32) -> u32 {
     let (one, other) = (shape(one), shape(other));
     let differ = |ray: Ray| {
         let (a, b) = (crossings(&one, &ray), crossings(&other, &ray));
-        // Infinities are equal, and their difference is no number.
-        let apart = |a: &Hit, b: &Hit| a.t != b.t && (a.t - b.t).abs() * ray.direction.length() > 1e-7;
-        a.len() != b.len() || a.iter().zip(&b).any(|(a, b)| apart(a, b))
+        // Equal infinities are compared first, because their difference is NaN.
+        let is_apart = |a: &Hit, b: &Hit| a.t != b.t && (a.t - b.t).abs() * ray.direction.length() > 1e-7;
+        a.len() != b.len() || a.iter().zip(&b).any(|(a, b)| is_apart(a, b))
     };
     (0..lines).filter(|_| differ(line(stream))).count() as u32
 }
@@ -376,7 +381,7 @@ fn sides(a: &str, b: &str) -> Vec<(&'static str, String, String)> {
     ]
 }
 
-/// How often an identity fails for two random trees, identity by identity.
+/// The number of lines on which each identity fails for two random trees.
 fn broken(seed: u64, depth: u32, lines: u32) -> Vec<(&'static str, u32)> {
     let mut stream = Stream::at(&[61, seed]);
     let [a, b] = [0, 1].map(|_| Tree::random(&mut stream, depth).element());
@@ -438,33 +443,33 @@ mod tests {
     }
 
     #[test]
-    fn solids_that_touch_are_two_or_one_but_nothing_in_common() {
-        let (one, other) = (ball(DVec3::ZERO, 1.0), ball(2.0 * DVec3::X, 1.0));
+    fn touching_solids_have_a_union_but_no_intersection() {
+        let (one, other) = (sphere(DVec3::ZERO, 1.0), sphere(2.0 * DVec3::X, 1.0));
         assert_eq!(along_x(&csg("union", &[&one, &other])), [-1.0, 3.0]);
         assert!(along_x(&csg("intersection", &[&one, &other])).is_empty());
         assert_eq!(along_x(&csg("difference", &[&one, &other])), [-1.0, 1.0]);
-        let inner = ball(0.5 * DVec3::X, 0.5);
+        let inner = sphere(0.5 * DVec3::X, 0.5);
         assert_eq!(along_x(&csg("difference", &[&one, &inner])), [-1.0, 0.0]);
         assert_eq!(along_x(&csg("union", &[&one, &inner])), [-1.0, 1.0]);
     }
 
     #[test]
-    fn two_halves_are_glued_without_a_seam() {
+    fn the_union_of_two_halves_has_no_seam() {
         let turned =
             r#"<shape type="plane"><transform name="to_world"><rotate x="1" angle="180"/></transform></shape>"#;
-        let one = csg("intersection", &[&ball(DVec3::ZERO, 1.0), r#"<shape type="plane"/>"#]);
-        let other = csg("intersection", &[&ball(DVec3::ZERO, 1.0), turned]);
+        let one = csg("intersection", &[&sphere(DVec3::ZERO, 1.0), r#"<shape type="plane"/>"#]);
+        let other = csg("intersection", &[&sphere(DVec3::ZERO, 1.0), turned]);
         let glued = csg("union", &[&one, &other]);
         let mut stream = Stream::at(&[63]);
-        assert_eq!(differences(&glued, &ball(DVec3::ZERO, 1.0), &mut stream, 2000), 0);
+        assert_eq!(differences(&glued, &sphere(DVec3::ZERO, 1.0), &mut stream, 2000), 0);
     }
 
-    /// Rays through edges and corners of a mesh, which meet several triangles at once.
+    /// Lines through edges and corners of a mesh hit several triangles at once.
     #[test]
-    fn lines_through_the_edges_of_a_mesh_are_entered_and_left_in_turn() {
+    fn lines_through_the_edges_of_a_mesh_enter_and_leave_alternately() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = folder.path().join("octahedron.kcply");
-        std::fs::write(&path, mesh::laws::kcply(&octahedron(), 1)).expect("it can be written to");
+        std::fs::write(&path, kcply(&octahedron(), 1)).expect("it can be written to");
         let element = format!(r#"<shape type="kcply"><string name="filename" value="{}"/></shape>"#, path.display());
         let solid = shape(&csg("union", &[&element]));
         let grid = || (-4..=4).map(|i| f64::from(i) * 0.25);
@@ -480,7 +485,8 @@ mod tests {
         }
     }
 
-    /// Two cubes in one mesh, of given middles and half edges, the second facing in or out.
+    /// The crossings of a line along x with a mesh of two cubes, each given by the x of its centre and half its edge. The
+    /// second cube faces outwards or inwards.
     fn two_cubes([x, r]: [f64; 2], [y, q]: [f64; 2], faces_out: bool) -> Vec<f64> {
         let corner = |i: usize, bit: usize, r: f64| if i >> bit & 1 == 1 { r } else { -r };
         let vertices = |x: f64, r: f64| -> String {
@@ -504,7 +510,7 @@ mod tests {
     }
 
     #[test]
-    fn shells_overlap_lie_apart_and_bound_cavities() {
+    fn shells_may_overlap_be_separate_or_bound_cavities() {
         assert_eq!(two_cubes([0.0, 0.5], [0.25, 0.5], true), [-0.5, 0.75]);
         assert_eq!(two_cubes([0.0, 0.5], [2.0, 0.5], true), [-0.5, 0.5, 1.5, 2.5]);
         assert_eq!(two_cubes([0.0, 0.5], [0.0, 0.25], false), [-0.5, -0.25, 0.25, 0.5]);

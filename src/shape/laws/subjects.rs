@@ -1,4 +1,4 @@
-//! What the laws of shapes are about: every example of the list and some meshes, with what is known of them.
+//! The subjects of the laws of shapes: every example of every plugin and some meshes, with their known properties.
 
 use std::f64::consts::{PI, TAU};
 
@@ -13,27 +13,28 @@ use crate::{
     },
 };
 
-/// A shape with what is known of it from elsewhere.
+/// A shape with its known properties.
 pub(super) struct Subject {
     pub(super) name: String,
     pub(super) shape: Shape,
-    /// What else is known, if anything.
+    /// The known properties, if any.
     pub(super) known: Option<Known>,
 }
 
-/// What is known of a shape without asking it.
+/// Properties of a shape that are computed independently of it.
 pub(super) struct Known {
-    /// How far a point is from fulfilling its equation.
+    /// The residual of the shape's equation at a world point. It is 0 on the surface.
     pub(super) equation: Box<dyn Fn(DVec3) -> f64>,
-    /// The texture coordinates at a point, if they have a formula.
+    /// The texture coordinates at a world point of the surface, if there is a formula.
     pub(super) uv: Option<Box<dyn Fn(DVec3) -> DVec2>>,
-    /// The area, if it has a formula.
+    /// The area, if there is a formula.
     pub(super) area: Option<f64>,
-    /// Of what it encloses, if it is closed.
+    /// The enclosed volume, if the shape is closed.
     pub(super) volume: Option<f64>,
     pub(super) convex: bool,
 }
 
+/// All subjects.
 pub(super) fn subjects() -> Vec<Subject> {
     let examples = Geometry::PLUGINS.iter().flat_map(|plugin| {
         plugin.examples.iter().enumerate().map(|(i, example)| {
@@ -50,7 +51,7 @@ fn from_example(name: String, document: &Document) -> Subject {
     Subject { known: known(&params), name, shape }
 }
 
-/// From the parameters alone, anew.
+/// The known properties, computed from the parameters of the element.
 fn known(params: &Params<'_>) -> Option<Known> {
     let to_world = params.transform("to_world").expect("examples are valid");
     Some(match params.plugin().name {
@@ -105,7 +106,7 @@ fn volume_scale(map: &DAffine3) -> f64 {
     map.matrix3.determinant().abs()
 }
 
-/// The area of the image of the unit square in x and y.
+/// The area of the image of the square `[0, 1]²` in x and y.
 fn parallelogram(map: &DAffine3) -> f64 {
     map.matrix3.x_axis.cross(map.matrix3.y_axis).length()
 }
@@ -140,13 +141,13 @@ fn open(map: DAffine3, equation: fn(DVec3) -> f64, uv: fn(DVec3) -> DVec2, area:
     Known { equation: local(map, equation), uv: Some(local(map, uv)), area: Some(area), volume: None, convex: false }
 }
 
-/// An open surface around the z axis with a radius at each height, given squared.
+/// An open surface of revolution around the z axis, given its squared radius at each height.
 fn around_z(map: DAffine3, [from, to]: [f64; 2], radius_squared: fn(f64) -> f64, area: f64) -> Known {
     let inverse = map.inverse();
     let equation = move |p: DVec3| {
         let p = inverse.transform_point3(p);
-        let beside = p.truncate().length_squared() - radius_squared(p.z);
-        beside.abs() + (from - p.z).max(p.z - to).max(0.0)
+        let residual = p.truncate().length_squared() - radius_squared(p.z);
+        residual.abs() + (from - p.z).max(p.z - to).max(0.0)
     };
     let uv = move |p: DVec3| {
         let p = inverse.transform_point3(p);
@@ -167,7 +168,7 @@ fn hyperboloid(params: &Params<'_>, to_world: DAffine3) -> Known {
         let area = revolved_area(&map, [0.0, high.acosh()], |s| DVec2::new(s.sinh(), s.cosh()));
         return around_z(map, [1.0, high], |z| z * z - 1.0, area);
     }
-    // Both sheets.
+    // Both sheets lie between the heights.
     let lower = revolved_area(&map, [0.0, (-low).acosh()], |s| DVec2::new(s.sinh(), -s.cosh()));
     let upper = revolved_area(&map, [0.0, high.acosh()], |s| DVec2::new(s.sinh(), s.cosh()));
     around_z(map, [low, high], |z| z * z - 1.0, lower + upper)
@@ -192,17 +193,17 @@ fn triangle(params: &Params<'_>, to_world: DAffine3) -> Known {
     let corners = ["p0", "p1", "p2"].map(|name| to_world.transform_point3(point(params, name)));
     let [a, b, c] = corners;
     let area = 0.5 * (b - a).cross(c - a).length();
-    let equation = Box::new(move |p| beside(&corners, p));
+    let equation = Box::new(move |p| triangle_residual(&corners, p));
     Known { equation, uv: None, area: Some(area), volume: None, convex: false }
 }
 
-/// Two spheres of which the first has radius 1 and is at the origin and the second lies along x.
+/// A csg of two spheres. The first has radius 1 and its centre at the origin. The centre of the second is on the x axis.
 fn two_spheres(params: &Params<'_>, to_world: DAffine3) -> Known {
     let children = params.children(Category::Shape);
     let second = Shape::params(params.document(), children[1]).expect("examples are valid");
     let (centre, r) = (point(&second, "center"), float(&second, "radius"));
     let d = centre.length();
-    // Heights of the caps that the plane of the common circle cuts off.
+    // The heights of the caps that the plane of the common circle cuts off.
     let x = (d * d + 1.0 - r * r) / (2.0 * d);
     let (h, k) = (1.0 - x, r - (d - x));
     let cap_volume = |r: f64, h: f64| PI * h * h * (r - h / 3.0);
@@ -214,7 +215,7 @@ fn two_spheres(params: &Params<'_>, to_world: DAffine3) -> Known {
         "intersection" => (lens, inner + outer),
         _ => (volumes[0] - lens, areas[0] - inner + outer),
     };
-    // The map of the example that has one is a similarity.
+    // The only transform among the examples is a similarity.
     let scale = volume_scale(&to_world);
     let inverse = to_world.inverse();
     let equation = move |p: DVec3| {
@@ -226,18 +227,18 @@ fn two_spheres(params: &Params<'_>, to_world: DAffine3) -> Known {
     Known { equation: Box::new(equation), uv: None, area, volume, convex }
 }
 
-/// A function of points in the space that a map takes to the world, as one of points in the world.
+/// Turns a function of local points into a function of world points. `map` is the transform from local to world space.
 fn local<T: 'static>(map: DAffine3, function: fn(DVec3) -> T) -> Box<dyn Fn(DVec3) -> T> {
     let inverse = map.inverse();
     Box::new(move |p| function(inverse.transform_point3(p)))
 }
 
-/// Around z, as a fraction of a turn from the x axis.
+/// The azimuth around z, as a fraction of a turn from the x axis.
 fn azimuth(p: DVec3) -> f64 {
     (p.y.atan2(p.x) / TAU).rem_euclid(1.0)
 }
 
-/// The corners of Mitsuba's cube, face by face.
+/// The texture coordinates of Mitsuba's cube, face by face.
 fn cube_uv(p: DVec3) -> DVec2 {
     let DVec3 { x, y, z } = p;
     let size = p.abs();
@@ -251,8 +252,8 @@ fn cube_uv(p: DVec3) -> DVec2 {
     0.5 * (DVec2::new(u, v) + 1.0)
 }
 
-/// The area of what a curve (radius, height) becomes when it turns around z and is mapped: `∫ |∂s p × ∂φ p| ds dφ` by the
-/// midpoint rule, good to 1e-6.
+/// The area of the image under `map` of the surface of revolution of a curve (radius, height) around z:
+/// `∫ |∂s p × ∂φ p| ds dφ` by the midpoint rule, with a relative error of 1e-6.
 pub(super) fn revolved_area(map: &DAffine3, [from, to]: [f64; 2], curve: fn(f64) -> DVec2) -> f64 {
     const N: (usize, usize) = (1000, 128);
     let cell = |i: usize, j: usize| {
@@ -260,15 +261,15 @@ pub(super) fn revolved_area(map: &DAffine3, [from, to]: [f64; 2], curve: fn(f64)
         let (sin, cos) = (TAU * j as f64 / N.1 as f64).sin_cos();
         let (radius, step) = (curve(s).x, 1e-6 * (to - from));
         let slope = (curve(s + step) - curve(s - step)) / (2.0 * step);
-        let along = map.transform_vector3(DVec3::new(slope.x * cos, slope.x * sin, slope.y));
-        let around = map.transform_vector3(radius * DVec3::new(-sin, cos, 0.0));
-        along.cross(around).length()
+        let d_s = map.transform_vector3(DVec3::new(slope.x * cos, slope.x * sin, slope.y));
+        let d_phi = map.transform_vector3(radius * DVec3::new(-sin, cos, 0.0));
+        d_s.cross(d_phi).length()
     };
     let sum: f64 = (0..N.0 * N.1).map(|k| cell(k / N.1, k % N.1)).sum();
     sum * (to - from) * TAU / (N.0 * N.1) as f64
 }
 
-/// Closed meshes: a convex one and one with a hole, flat and smooth.
+/// Closed meshes: a convex one and one with a hole, each flat and smooth.
 fn meshes() -> Vec<Subject> {
     let squeezed = DAffine3::from_translation(DVec3::new(0.5, -1.0, 2.0))
         * DAffine3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.7)
@@ -281,7 +282,7 @@ fn meshes() -> Vec<Subject> {
     ]
 }
 
-pub(in crate::shape) fn octahedron() -> MeshData {
+pub(super) fn octahedron() -> MeshData {
     let corners =
         [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]];
     let upper = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4]];
@@ -290,8 +291,8 @@ pub(in crate::shape) fn octahedron() -> MeshData {
     MeshData::new(corners.to_vec(), None, None, triangles).expect("the mesh is well formed")
 }
 
-/// A closed tube with texture coordinates, without normals.
-pub(in crate::shape) fn torus() -> MeshData {
+/// A torus with texture coordinates, without normals.
+pub(super) fn torus() -> MeshData {
     const N: (u32, u32) = (24, 12);
     let at = |k: u32| {
         let (u, v) = (TAU * f64::from(k / N.1) / f64::from(N.0), TAU * f64::from(k % N.1) / f64::from(N.1));
@@ -318,15 +319,16 @@ fn mesh(name: &str, data: MeshData, to_world: &DAffine3, face_normals: bool, con
     let area: f64 = triangles.iter().map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum();
     // Gauss's theorem: the sum of the signed volumes of tetrahedra with a common apex.
     let volume = triangles.iter().map(|[a, b, c]| a.dot(b.cross(*c)) / 6.0).sum();
-    let equation =
-        Box::new(move |p| triangles.iter().map(|triangle| beside(triangle, p)).fold(f64::INFINITY, f64::min));
+    let equation = Box::new(move |p| {
+        triangles.iter().map(|triangle| triangle_residual(triangle, p)).fold(f64::INFINITY, f64::min)
+    });
     let geometry = Geometry::Ply(Mesh::<Ply>::new(data, to_world, face_normals));
     let known = Known { equation, uv: None, area: Some(area), volume: Some(volume), convex };
     Subject { name: name.to_owned(), shape: Shape { geometry, flipped: false }, known: Some(known) }
 }
 
-/// How far a point is from a triangle's plane, and how far its barycentric coordinates are from those of the triangle.
-fn beside([a, b, c]: &[DVec3; 3], p: DVec3) -> f64 {
+/// The distance of a point from a triangle's plane, plus the magnitude of its most negative barycentric coordinate.
+fn triangle_residual([a, b, c]: &[DVec3; 3], p: DVec3) -> f64 {
     let n = (b - a).cross(c - a);
     let weight = |from: DVec3, to: DVec3| (to - from).cross(p - from).dot(n) / n.length_squared();
     let outside = weight(*a, *b).min(weight(*b, *c)).min(weight(*c, *a));
@@ -334,15 +336,15 @@ fn beside([a, b, c]: &[DVec3; 3], p: DVec3) -> f64 {
 }
 
 impl Subject {
-    /// The ball around it through which lines are laid.
-    pub(super) fn ball(&self) -> (DVec3, f64) {
+    /// The centre and the radius of the sphere through which random lines pass: a bounding sphere of the shape.
+    pub(super) fn sphere(&self) -> (DVec3, f64) {
         let (centre, radius) = self.shape.bounds().bounding_sphere();
-        if radius.is_finite() { (centre, 1.01 * radius) } else { BALL }
+        if radius.is_finite() { (centre, 1.01 * radius) } else { INFINITE_SHAPE_SPHERE }
     }
 
-    /// A line through the ball, uniform and isotropic, as a ray from outside with a direction of some length.
+    /// A uniform, isotropic line through the sphere, as a ray from outside with a direction of random length.
     pub(super) fn line(&self, stream: &mut Stream) -> Ray {
-        let (centre, radius) = self.ball();
+        let (centre, radius) = self.sphere();
         let direction = warp::square_to_sphere(stream.next_2d());
         let frame = Frame::from_normal(direction);
         let across = radius * warp::square_to_disc(stream.next_2d());
@@ -351,7 +353,7 @@ impl Subject {
         Ray::new(origin, length * direction)
     }
 
-    /// All points where a ray crosses the surface, in order.
+    /// All points at which a ray crosses the surface, in order, with their parameters.
     pub(super) fn crossings(&self, ray: &Ray) -> Vec<(f64, Surface)> {
         let mut rest = *ray;
         let mut found = Vec::new();
@@ -362,20 +364,20 @@ impl Subject {
         found
     }
 
-    /// What is known, of a closed one.
+    /// The known properties and the volume, if the shape is closed.
     pub(super) fn closed(&self) -> Option<(&Known, f64)> {
         let known = self.known.as_ref()?;
         Some((known, known.volume?))
     }
 
-    /// The side that the normals point to.
+    /// 1 if the normals of a closed shape point outwards, -1 if they are flipped.
     pub(super) fn sign(&self) -> f64 {
         if self.shape.flipped { -1.0 } else { 1.0 }
     }
 }
 
-/// A ball that an infinite shape passes through.
-const BALL: (DVec3, f64) = (DVec3::new(0.3, -0.2, 0.1), 2.0);
+/// The sphere for shapes of infinite size, which they intersect.
+const INFINITE_SHAPE_SPHERE: (DVec3, f64) = (DVec3::new(0.3, -0.2, 0.1), 2.0);
 
-/// Lengths of directions: the parameter of a ray is not a distance.
+/// The lengths of directions. They differ from 1 because the parameter of a ray is not a distance.
 const LENGTHS: [f64; 4] = [1.0, 0.01, 7.3, 1e4];

@@ -1,4 +1,4 @@
-//! Triangles as the mesh files give them, checked, and what can be wrong with such a file.
+//! The checked triangles of a mesh file, and the errors of such files.
 
 use std::fs;
 use std::io;
@@ -6,30 +6,30 @@ use std::path::{Path, PathBuf};
 
 /// Triangles with shared vertices, in the units of their file.
 ///
-/// [`MeshData::new`] and the readers promise: every index is in range, every number is finite, no triangle has zero
-/// area, at least one triangle is left, and `normals` and `uvs`, where present, are as long as `positions`.
+/// [`MeshData::new`] and the readers guarantee that every index is in range, every number is finite, no triangle has zero
+/// area, there is at least one triangle, and `normals` and `uvs`, if present, are as long as `positions`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshData {
-    /// One place for each vertex.
+    /// The position of each vertex.
     pub positions: Vec<[f32; 3]>,
-    /// One normal for each vertex, of any length, as the file has it. A zero normal says nothing: where the
-    /// interpolated normal vanishes, the normal of the triangle stands in.
+    /// The normal of each vertex as in the file, of any length. Where the interpolated normal is zero, the normal of the
+    /// triangle is used.
     pub normals: Option<Vec<[f32; 3]>>,
-    /// One pair of texture coordinates for each vertex.
+    /// The texture coordinates of each vertex.
     pub uvs: Option<Vec<[f32; 2]>>,
-    /// Three indices into `positions` for each triangle, anticlockwise seen from its front.
+    /// Three indices into `positions` for each triangle, anticlockwise from its front side.
     pub triangles: Vec<[u32; 3]>,
     /// The triangles of zero area, which are left out of `triangles`.
     pub slivers: Vec<[u32; 3]>,
 }
 
 impl MeshData {
-    /// Checks the parts of a mesh and leaves out its triangles of zero area, counting them.
+    /// Checks the lists of a mesh and moves its triangles of zero area to `slivers`.
     ///
     /// # Errors
     ///
-    /// A list of normals or texture coordinates of another length than `positions`, more than `u32::MAX` vertices, a
-    /// number that is not finite, an index without its vertex, no triangle left.
+    /// The list of normals or of texture coordinates is not as long as `positions`, there are more than `u32::MAX` vertices,
+    /// a number is not finite, an index is out of range, or no triangle has an area.
     pub fn new(
         positions: Vec<[f32; 3]>,
         normals: Option<Vec<[f32; 3]>>,
@@ -58,7 +58,7 @@ impl MeshData {
     }
 }
 
-/// A mesh file that cannot be used, and why.
+/// A mesh file that cannot be used, and the reason.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {fault}", file.display())]
 pub struct MeshError {
@@ -68,99 +68,99 @@ pub struct MeshError {
     pub fault: MeshFault,
 }
 
-/// What is wrong with a mesh, in one line. Vertices and faces count from 0, lines from 1.
+/// A fault of a mesh. Its message is a single line. Vertices and faces count from 0, lines from 1.
 #[derive(Debug, thiserror::Error)]
 pub enum MeshFault {
-    /// The operating system does not give the file's bytes.
+    /// The operating system reports an error.
     #[error("cannot be read: {0}")]
     Io(io::Error),
-    /// A folder, a device or a pipe.
+    /// The path is a folder, a device or a pipe.
     #[error("is not a regular file")]
     NotAFile,
-    /// A line says something else than its format allows.
+    /// A line does not follow the format.
     #[error("line {line}: {what}")]
     Syntax {
-        /// Counted from 1.
+        /// The line number, from 1.
         line: usize,
-        /// What the line says and what it should say.
+        /// What the line contains and what is expected.
         what: String,
     },
-    /// The header promises more than a file of this size can hold; found before memory is taken.
-    #[error("the header promises {promised} {}, the file has room for {room} at most", plural(element))]
+    /// The header declares more elements than a file of this size can hold. This is checked before memory is allocated.
+    #[error("the header declares {declared} {}, the file has room for {room} at most", plural(element))]
     NoRoom {
-        /// The kind of element, as the header calls it.
+        /// The name of the element in the header.
         element: String,
         /// The number of elements in the header.
-        promised: u64,
-        /// The number of elements of their least size that fit into the file.
+        declared: u64,
+        /// The number of elements of the least possible size that fit into the file.
         room: u64,
     },
-    /// The file ends before the last element that its header promises.
-    #[error("the header promises {promised} {}, the file ends after {read}", plural(element))]
+    /// The file ends before the last element that its header declares.
+    #[error("the header declares {declared} {}, the file ends after {read}", plural(element))]
     Truncated {
-        /// The kind of element, as the header calls it.
+        /// The name of the element in the header.
         element: String,
         /// The number of elements in the header.
-        promised: u64,
-        /// The number of whole elements found.
+        declared: u64,
+        /// The number of complete elements in the file.
         read: u64,
     },
-    /// A list whose length is negative or beyond the end of the file.
+    /// The length of a list is negative, or the list does not fit into the file.
     #[error(
         "element {} {number} (counted from 0) has a list of {length} entries, the file has room for {room} at most",
         quoted(element.as_bytes())
     )]
     ListLength {
-        /// The kind of element, as the header calls it.
+        /// The name of the element in the header.
         element: String,
-        /// The element's number.
+        /// The index of the element.
         number: u64,
-        /// The length the file gives.
+        /// The length in the file.
         length: i64,
         /// The number of entries that fit into the rest of the file.
         room: usize,
     },
-    /// Bytes are left after the last element that the header promises.
+    /// The file continues after the last element that the header declares.
     #[error(
-        "the data should end at byte {end}, where the last element that the header promises ends; the file has {size} bytes"
+        "the data should end at byte {end}, after the last element that the header declares; the file has {size} bytes"
     )]
     Trailing {
-        /// The offset of the first byte too many.
+        /// The offset of the first excess byte.
         end: usize,
         /// The size of the file in bytes.
         size: usize,
     },
-    /// More vertices than an index can tell apart.
-    #[error("{count} vertices are too many: at most {} can be numbered", u32::MAX)]
+    /// There are more vertices than 32-bit indices.
+    #[error("{count} vertices are too many: at most {} can be indexed", u32::MAX)]
     TooManyVertices {
         /// The number of vertices.
         count: u64,
     },
-    /// A face names a vertex that is not there.
+    /// A face refers to a vertex that does not exist.
     #[error("face {face} (counted from 0) uses vertex {index} (counted from 0), the mesh has {vertices} vertices")]
     Index {
-        /// The face's number.
+        /// The index of the face.
         face: u64,
-        /// The index it gives.
+        /// The index of the vertex in the file.
         index: i64,
         /// The number of vertices.
         vertices: usize,
     },
-    /// Indices from 0 to the number of vertices, which no base fits.
-    #[error("the indices of the faces include both 0 and {vertices}, the number of vertices: they fit no base")]
+    /// The indices range from 0 to the number of vertices, which is impossible with either base.
+    #[error("the indices of the faces include both 0 and {vertices}, the number of vertices: they fit neither base")]
     TwoBases {
         /// The number of vertices.
         vertices: usize,
     },
-    /// Indices that do not show what they count from.
+    /// The indices fit both bases.
     #[error(
-        "the indices of the faces go from {least} to {greatest} for {vertices} vertices, which does not show whether they \
-         count from 0 or 1: set index_base to 0 or 1"
+        "the indices of the faces range from {least} to {greatest} for {vertices} vertices, which fits both index bases: \
+         set index_base to 0 or 1"
     )]
     AmbiguousBase {
         /// The least index.
         least: i64,
-        /// The greatest.
+        /// The greatest index.
         greatest: i64,
         /// The number of vertices.
         vertices: usize,
@@ -168,32 +168,32 @@ pub enum MeshFault {
     /// A face with fewer than three corners.
     #[error("face {face} (counted from 0) has {corners} corners, a face needs 3 or more")]
     Corners {
-        /// The face's number.
+        /// The index of the face.
         face: u64,
         /// The number of its corners.
         corners: usize,
     },
-    /// A vertex has an infinite number, or none.
+    /// An attribute of a vertex is infinite or NaN in single precision.
     #[error("vertex {vertex} (counted from 0) has the {attribute} {values:?}, which is not finite in single precision")]
     NotFinite {
-        /// The vertex's number.
+        /// The index of the vertex.
         vertex: usize,
-        /// Its attribute: position, normal, texture coordinate.
+        /// The attribute: position, normal, texture coordinate.
         attribute: &'static str,
-        /// What the attribute holds.
+        /// The components of the attribute.
         values: Vec<f32>,
     },
-    /// An attribute is not there for each vertex, or for more.
-    #[error("the mesh has {vertices} vertices, but {given} times a {attribute}")]
+    /// The number of values of an attribute is not the number of vertices.
+    #[error("the mesh has {vertices} vertices, but the number of {attribute}s is {given}")]
     AttributeCount {
         /// The attribute: normal, texture coordinate.
         attribute: &'static str,
-        /// How often it is given.
+        /// The number of values.
         given: usize,
         /// The number of vertices.
         vertices: usize,
     },
-    /// Nothing to see.
+    /// No triangle has an area.
     #[error("the mesh has no triangle{}", if *dropped == 0 { String::new() } else { format!(" but {dropped} of zero area") })]
     NoTriangle {
         /// The number of triangles of zero area.
@@ -201,10 +201,10 @@ pub enum MeshFault {
     },
 }
 
-/// Reads a whole file and makes a mesh of its bytes; what is wrong is told with the file's name.
+/// Reads a whole file and parses a mesh from its bytes. Errors contain the name of the file.
 ///
-/// The whole file is taken into memory because every format is checked against the file's size, and because an
-/// offset then is a place in the file. A device or a pipe has no size and is refused.
+/// The whole file is read into memory, because every format is checked against the file's size, and because an offset into
+/// the bytes is then an offset into the file. Devices and pipes have no size and are refused.
 pub(super) fn read(
     path: &Path,
     parse: impl FnOnce(&[u8]) -> Result<MeshData, MeshFault>,
@@ -212,12 +212,12 @@ pub(super) fn read(
     contents(path).and_then(|bytes| parse(&bytes)).map_err(|fault| MeshError { file: path.to_owned(), fault })
 }
 
-/// Refuses more vertices than `u32` can number.
+/// Checks that `u32` can index this number of vertices.
 pub(super) fn check_vertex_count(count: u64) -> Result<(), MeshFault> {
     if count > u64::from(u32::MAX) { Err(MeshFault::TooManyVertices { count }) } else { Ok(()) }
 }
 
-/// The vertex that a face names, counted from 0, where it exists.
+/// Checks an index, counted from 0, that a face contains.
 pub(super) fn check_index(face: u64, index: i64, vertices: usize) -> Result<u32, MeshFault> {
     match u32::try_from(index) {
         Ok(vertex) if (vertex as usize) < vertices => Ok(vertex),
@@ -225,7 +225,7 @@ pub(super) fn check_index(face: u64, index: i64, vertices: usize) -> Result<u32,
     }
 }
 
-/// A word of the file for a message: short, and with its control characters escaped.
+/// Quotes a word of the file for a message: truncated, with escaped control characters.
 pub(super) fn quoted(word: &[u8]) -> String {
     const MAX_LENGTH: usize = 40;
     let cut = &word[..word.len().min(MAX_LENGTH)];
@@ -234,7 +234,7 @@ pub(super) fn quoted(word: &[u8]) -> String {
 }
 
 fn contents(path: &Path) -> Result<Vec<u8>, MeshFault> {
-    // Asked before it is opened: to open a pipe would wait for its writer.
+    // Checked before the file is opened, because opening a pipe waits for its writer.
     if !fs::metadata(path).map_err(MeshFault::Io)?.is_file() {
         return Err(MeshFault::NotAFile);
     }
@@ -255,11 +255,11 @@ fn check_attribute<const N: usize>(
     }
 }
 
-/// Whether the corners lie on one line, in double precision: there the area of a small triangle does not underflow.
+/// Whether the corners are collinear. In double precision the area of a small triangle does not underflow.
 fn has_zero_area(corners: [[f32; 3]; 3]) -> bool {
     let [a, b, c] = corners.map(|corner| corner.map(f64::from));
-    let along = |to: [f64; 3]| [to[0] - a[0], to[1] - a[1], to[2] - a[2]];
-    let (u, v) = (along(b), along(c));
+    let from_a = |to: [f64; 3]| [to[0] - a[0], to[1] - a[1], to[2] - a[2]];
+    let (u, v) = (from_a(b), from_a(c));
     u[1] * v[2] == u[2] * v[1] && u[2] * v[0] == u[0] * v[2] && u[0] * v[1] == u[1] * v[0]
 }
 
@@ -282,12 +282,12 @@ mod tests {
     }
 
     #[test]
-    fn zero_area_is_a_repeated_corner_or_three_on_a_line() {
-        let kept = mesh(&[[0, 0, 1], [0, 1, 3], [0, 1, 2], [3, 2, 3]]).expect("one is left");
+    fn repeated_and_collinear_corners_have_zero_area() {
+        let kept = mesh(&[[0, 0, 1], [0, 1, 3], [0, 1, 2], [3, 2, 3]]).expect("one triangle has an area");
         assert_eq!((kept.triangles, kept.slivers), (vec![[0, 1, 2]], vec![[0, 0, 1], [0, 1, 3], [3, 2, 3]]));
     }
 
-    /// Its area in square units is below the least number of single precision, by far.
+    /// The area of the triangle is far below the least positive number of single precision.
     #[test]
     fn a_small_triangle_is_kept() {
         let positions = CORNERS.map(|corner| corner.map(|x| x * 1e-38)).to_vec();
@@ -295,32 +295,32 @@ mod tests {
     }
 
     #[test]
-    fn an_index_out_of_range_is_named() {
-        let message = mesh(&[[0, 1, 2], [0, 1, 4]]).expect_err("there are four").to_string();
+    fn an_index_out_of_range_is_an_error() {
+        let message = mesh(&[[0, 1, 2], [0, 1, 4]]).expect_err("there are four vertices").to_string();
         assert_eq!(message, "face 1 (counted from 0) uses vertex 4 (counted from 0), the mesh has 4 vertices");
         assert_eq!(mesh(&[]).expect_err("none").to_string(), "the mesh has no triangle");
     }
 
     #[test]
-    fn an_attribute_is_for_all_vertices_and_finite() {
+    fn an_attribute_is_finite_and_has_one_value_per_vertex() {
         let short = MeshData::new(CORNERS.to_vec(), Some(vec![[0.0; 3]; 3]), None, vec![[0, 1, 2]]);
-        assert_eq!(short.expect_err("one less").to_string(), "the mesh has 4 vertices, but 3 times a normal");
+        assert_eq!(short.expect_err("one less").to_string(), "the mesh has 4 vertices, but the number of normals is 3");
         let long = MeshData::new(CORNERS.to_vec(), None, Some(vec![[0.0; 2]; 5]), vec![[0, 1, 2]]);
-        assert!(long.expect_err("one more").to_string().ends_with("5 times a texture coordinate"));
+        assert!(long.expect_err("one more").to_string().ends_with("the number of texture coordinates is 5"));
         let uvs = Some(vec![[0.0, 1.0], [0.0, f32::NAN], [0.0; 2], [0.0; 2]]);
         let message = MeshData::new(CORNERS.to_vec(), None, uvs, vec![[0, 1, 2]]).expect_err("NaN").to_string();
         assert!(message.starts_with("vertex 1 (counted from 0) has the texture coordinate [0.0, NaN], "), "{message}");
     }
 
     #[test]
-    fn more_vertices_than_an_index_can_name() {
+    fn too_many_vertices_are_an_error() {
         assert!(check_vertex_count(u64::from(u32::MAX)).is_ok());
         let message = check_vertex_count(1 << 32).expect_err("one too many").to_string();
-        assert_eq!(message, "4294967296 vertices are too many: at most 4294967295 can be numbered");
+        assert_eq!(message, "4294967296 vertices are too many: at most 4294967295 can be indexed");
     }
 
     #[test]
-    fn quoted_words_are_short_and_plain() {
+    fn quoted_words_are_truncated_and_escaped() {
         assert_eq!(quoted(b"a\x1b[31m\n"), "\"a\\u{1b}[31m\\n\"");
         assert_eq!(quoted(&[b'x'; 41]), format!("\"{}\"...", "x".repeat(40)));
     }

@@ -1,21 +1,21 @@
 //! kcply, a text format of triangles: the line `kcply`, the lines `element vertex N` and `element face M`, then N lines
 //! `x y z` and M lines `3 i j k`.
 //!
-//! Whether indices count from 0 or from 1 does not stand in the file. A least index of 0 says the one, a greatest index
-//! of N the other; if neither occurs the user has to say.
+//! The file does not state whether indices count from 0 or from 1. The base is 0 if the least index is 0, and 1 if the
+//! greatest index is N. If neither is the case, the user has to state the base.
 
 use std::path::Path;
 
 use super::data::{self, MeshData, MeshError, MeshFault, check_vertex_count, quoted};
 
-/// What the vertices of a kcply file are numbered from.
+/// The index of the first vertex of a kcply file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IndexBase {
-    /// As the indices show.
+    /// Determined from the indices.
     Auto,
-    /// The first vertex is number 0.
+    /// The first vertex has index 0.
     Zero,
-    /// The first vertex is number 1.
+    /// The first vertex has index 1.
     One,
 }
 
@@ -23,8 +23,8 @@ pub enum IndexBase {
 ///
 /// # Errors
 ///
-/// The file cannot be read, its header has other lines, it holds fewer or more lines than its header says, a number is
-/// none, a face has other than three corners, it does not show what its indices count from, or its mesh does not pass
+/// The file cannot be read, its header is wrong, it has fewer or more lines than its header declares, a word is not a
+/// number, a face does not have three corners, the index base cannot be determined, or its mesh does not pass
 /// [`MeshData::new`].
 pub fn read_kcply(path: &Path, base: IndexBase) -> Result<MeshData, MeshError> {
     data::read(path, |bytes| parse(bytes, base))
@@ -34,7 +34,7 @@ fn syntax(line: usize, what: impl Into<String>) -> MeshFault {
     MeshFault::Syntax { line, what: what.into() }
 }
 
-/// The lines of a file, numbered from 1; blank ones at the end do not count.
+/// The lines of a file, numbered from 1, without blank lines at the end.
 struct Lines<'b> {
     rest: Option<&'b [u8]>,
     number: usize,
@@ -61,7 +61,7 @@ fn parse(bytes: &[u8], base: IndexBase) -> Result<MeshData, MeshFault> {
         Some((_, b"kcply")) => {}
         other => {
             let found = quoted(other.map_or(b"".as_slice(), |(_, line)| line));
-            return Err(syntax(1, format!("{found} stands where a kcply file has \"kcply\"")));
+            return Err(syntax(1, format!("found {found}; a kcply file begins with the line \"kcply\"")));
         }
     }
     let vertices = count(&mut lines, "vertex", bytes.len(), 6)?;
@@ -78,43 +78,43 @@ fn parse(bytes: &[u8], base: IndexBase) -> Result<MeshData, MeshFault> {
         corners.push(face(text).map_err(|what| syntax(line, what))?);
     }
     if let Some((line, text)) = lines.next() {
-        return Err(syntax(line, format!("{} stands behind the last face that the header promises", quoted(text))));
+        return Err(syntax(line, format!("{} follows the last face that the header declares", quoted(text))));
     }
     let first = first_index(&corners, positions.len(), base)?;
     let last = first + positions.len() as i64 - 1;
-    let number = |(face, corners): (usize, &[i64; 3])| match corners.iter().find(|i| !(first..=last).contains(i)) {
+    let rebase = |(face, corners): (usize, &[i64; 3])| match corners.iter().find(|i| !(first..=last).contains(i)) {
         None => Ok(corners.map(|index| (index - first) as u32)),
         Some(index) => {
             let line = 4 + positions.len() + face;
-            Err(syntax(line, format!("no vertex has the number {index}; they go from {first} to {last}")))
+            Err(syntax(line, format!("no vertex has the index {index}; the indices range from {first} to {last}")))
         }
     };
-    let triangles = corners.iter().enumerate().map(number).collect::<Result<_, MeshFault>>()?;
+    let triangles = corners.iter().enumerate().map(rebase).collect::<Result<_, MeshFault>>()?;
     MeshData::new(positions, None, None, triangles)
 }
 
-/// The number in a line `element NAME N`, not more than a file of this size has room for.
+/// The number in a line `element NAME N`. A file of `size` bytes must have room for the elements, each of which takes at
+/// least `least` bytes.
 fn count(lines: &mut Lines<'_>, element: &str, size: usize, least: usize) -> Result<u64, MeshFault> {
     let Some((line, text)) = lines.next() else {
         return Err(syntax(1, format!("the file ends before its line \"element {element} N\"")));
     };
     let words: Vec<&[u8]> = text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).collect();
-    let promised = match words[..] {
+    let declared = match words[..] {
         [b"element", name, number] if name == element.as_bytes() => parse_word::<u64>(number),
         _ => None,
     };
-    let promised = promised.ok_or_else(|| {
-        syntax(line, format!("{} stands where a kcply file has \"element {element} N\"", quoted(text)))
-    })?;
+    let declared =
+        declared.ok_or_else(|| syntax(line, format!("found {}; expected \"element {element} N\"", quoted(text))))?;
     let room = (size / least) as u64 + 1;
-    if promised > room {
-        return Err(MeshFault::NoRoom { element: element.into(), promised, room });
+    if declared > room {
+        return Err(MeshFault::NoRoom { element: element.into(), declared, room });
     }
-    Ok(promised)
+    Ok(declared)
 }
 
-fn truncated(element: &str, promised: u64, read: u64) -> MeshFault {
-    MeshFault::Truncated { element: element.into(), promised, read }
+fn truncated(element: &str, declared: u64, read: u64) -> MeshFault {
+    MeshFault::Truncated { element: element.into(), declared, read }
 }
 
 fn parse_word<T: std::str::FromStr>(word: &[u8]) -> Option<T> {
@@ -124,7 +124,7 @@ fn parse_word<T: std::str::FromStr>(word: &[u8]) -> Option<T> {
 fn numbers<T: std::str::FromStr>(text: &[u8], expected: &str) -> Result<Vec<T>, String> {
     let words = text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
     words
-        .map(|word| parse_word(word).ok_or_else(|| format!("{} is no number; expected {expected}", quoted(word))))
+        .map(|word| parse_word(word).ok_or_else(|| format!("{} is not a number; expected {expected}", quoted(word))))
         .collect()
 }
 
@@ -141,7 +141,7 @@ fn face(text: &[u8]) -> Result<[i64; 3], String> {
     }
 }
 
-/// What the indices count from.
+/// The index of the first vertex.
 fn first_index(corners: &[[i64; 3]], vertices: usize, base: IndexBase) -> Result<i64, MeshFault> {
     let indices = || corners.iter().flatten().copied();
     let (least, greatest) = (indices().min().unwrap_or(0), indices().max().unwrap_or(0));
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn the_base_shows_in_the_indices() {
+    fn the_base_is_determined_from_the_indices() {
         let zero = read("3 0 1 2\n3 1 2 3\n", IndexBase::Auto).expect("0 is the least");
         let one = read("3 1 2 3\r\n3 2 3 4  \n", IndexBase::Auto).expect("4 is the greatest");
         assert_eq!(zero, one);
@@ -181,39 +181,43 @@ mod tests {
     }
 
     #[test]
-    fn an_ambiguous_base_must_be_said() {
-        let message = read("3 1 2 3\n", IndexBase::Auto).expect_err("either");
+    fn an_ambiguous_base_must_be_stated() {
+        let message = read("3 1 2 3\n", IndexBase::Auto).expect_err("either base");
         assert!(message.contains("index_base") && message.contains("from 1 to 3"), "{message}");
-        assert_eq!(read("3 1 2 3\n", IndexBase::Zero).expect("said").triangles, [[1, 2, 3]]);
-        assert_eq!(read("3 1 2 3\n", IndexBase::One).expect("said").triangles, [[0, 1, 2]]);
+        assert_eq!(read("3 1 2 3\n", IndexBase::Zero).expect("stated").triangles, [[1, 2, 3]]);
+        assert_eq!(read("3 1 2 3\n", IndexBase::One).expect("stated").triangles, [[0, 1, 2]]);
     }
 
     #[test]
-    fn indices_that_fit_no_base() {
+    fn indices_that_fit_neither_base_are_errors() {
         assert!(read("3 0 1 4\n", IndexBase::Auto).expect_err("both").contains("both 0 and 4"));
         assert!(
             read("3 0 1 5\n", IndexBase::Auto)
                 .expect_err("outside")
-                .contains("line 8: no vertex has the number 5; they go from 0 to 3")
+                .contains("line 8: no vertex has the index 5; the indices range from 0 to 3")
         );
-        assert!(read("3 -1 1 2\n", IndexBase::Auto).expect_err("outside").contains("number -1"));
-        assert!(read("3 1 2 4\n", IndexBase::Zero).expect_err("outside").contains("number 4; they go from 0 to 3"));
-        assert!(read("3 0 2 1\n", IndexBase::One).expect_err("outside").contains("number 0; they go from 1 to 4"));
+        assert!(read("3 -1 1 2\n", IndexBase::Auto).expect_err("outside").contains("index -1"));
+        assert!(
+            read("3 1 2 4\n", IndexBase::Zero).expect_err("outside").contains("index 4; the indices range from 0 to 3")
+        );
+        assert!(
+            read("3 0 2 1\n", IndexBase::One).expect_err("outside").contains("index 0; the indices range from 1 to 4")
+        );
     }
 
     #[test]
-    fn errors_say_where_and_what() {
-        assert_eq!(error("ply\n"), "line 1: \"ply\" stands where a kcply file has \"kcply\"");
-        assert!(error("kcply\nelement face 3\n").starts_with("line 2: \"element face 3\" stands where"));
-        assert!(error("kcply\nelement vertex 1\ncomment x\n").starts_with("line 3: \"comment x\""));
+    fn errors_name_the_line_and_the_fault() {
+        assert_eq!(error("ply\n"), "line 1: found \"ply\"; a kcply file begins with the line \"kcply\"");
+        assert!(error("kcply\nelement face 3\n").starts_with("line 2: found \"element face 3\"; expected"));
+        assert!(error("kcply\nelement vertex 1\ncomment x\n").starts_with("line 3: found \"comment x\""));
         let head = "kcply\nelement vertex 3\nelement face 1\n";
-        assert_eq!(error(&format!("{head}0 0 0\n1 0 0\n")), "the header promises 3 vertices, the file ends after 2");
+        assert_eq!(error(&format!("{head}0 0 0\n1 0 0\n")), "the header declares 3 vertices, the file ends after 2");
         let body = format!("{head}0 0 0\n1 0 0\n0 1 0\n");
-        assert_eq!(error(&body), "the header promises 1 faces, the file ends after 0");
+        assert_eq!(error(&body), "the header declares 1 faces, the file ends after 0");
         assert_eq!(error(&format!("{body}4 0 1 2 1\n")), "line 7: a face has 4 corners; only triangles are allowed");
         assert_eq!(error(&format!("{body}3 0 1\n")), "line 7: a face has 3 numbers, not 4: \"3 i j k\"");
-        assert!(error(&format!("{body}3 0 1 x\n")).starts_with("line 7: \"x\" is no number"));
-        assert!(error(&format!("{body}3 0 1 2\n3 0 1 2\n")).starts_with("line 8: \"3 0 1 2\" stands behind"));
+        assert!(error(&format!("{body}3 0 1 x\n")).starts_with("line 7: \"x\" is not a number"));
+        assert!(error(&format!("{body}3 0 1 2\n3 0 1 2\n")).starts_with("line 8: \"3 0 1 2\" follows"));
         assert!(error(&format!("{head}0 0\n")).starts_with("line 4: a vertex has 2 numbers"));
         assert!(error(&format!("{head}0 0 nan\n1 0 0\n0 1 0\n3 0 1 2\n")).contains("not finite"));
         assert!(error("kcply\nelement vertex 99999999\nelement face 1\n").contains("has room for"));

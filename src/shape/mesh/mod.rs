@@ -1,8 +1,7 @@
-//! Triangle meshes, from files and from arrays.
+//! Triangle meshes, from files or as a single triangle.
 
 mod data;
 mod kcply;
-pub mod laws;
 mod normals;
 mod obj;
 mod ply;
@@ -22,31 +21,31 @@ use glam::{DAffine3, DVec2, DVec3};
 
 use super::{Crossings, Hit, Line, ShapeModel, ShapeSample, SolidModel, Surface, bvh::Bvh};
 use crate::{
-    math::{Aabb, Distribution1D, Draw, Frame, PerArea, Ray, warp},
-    scene_file::{Category, Described, MeshArrays, Param, ParamKind, Params, Plugin, SceneError},
+    math::{Aabb, DiscreteSample, Distribution1D, Frame, PerArea, Ray, warp},
+    scene_file::{Category, Described, MeshArrays, Param, ParamKind, Params, Plugin, SceneError, manual},
 };
 
-/// A way to give triangles in a scene.
+/// A plugin that provides the triangles of a mesh.
 pub trait Format: Clone + std::fmt::Debug {
-    /// The manual page of its plugin.
+    /// The manual page.
     const PLUGIN: Plugin;
 
-    /// The triangles, in the shape's space.
+    /// Loads the triangles, in shape space.
     ///
     /// # Errors
-    /// If a file cannot be read or is not a valid mesh.
+    /// A file cannot be read or is not a valid mesh, or the parameters of the triangle are wrong.
     fn load(params: &Params<'_>) -> Result<MeshData, SceneError>;
 }
 
-/// The Stanford polygon format.
+/// The plugin `ply`: a file in the Stanford polygon format.
 #[derive(Clone, Debug)]
 pub struct Ply;
 
-/// The Wavefront format.
+/// The plugin `obj`: a file in the Wavefront format.
 #[derive(Clone, Debug)]
 pub struct Obj;
 
-/// A text of triangles.
+/// The plugin `kcply`: a text file of vertices and triangles.
 #[derive(Clone, Debug)]
 pub struct Kcply;
 
@@ -54,25 +53,26 @@ pub struct Kcply;
 #[derive(Clone, Debug)]
 pub struct Arrays;
 
-/// A single triangle. Its corners are rounded to single precision, as those of all meshes.
+/// The plugin `triangle`: a single triangle. Its corners are rounded to single precision, like those of all meshes.
 #[derive(Clone, Debug)]
 pub struct Triangle;
 
-const FILENAME: Param = Param::required("filename", ParamKind::File, "the file, relative to the scene's");
+const FILENAME: Param =
+    Param::required("filename", ParamKind::File, "the mesh file, relative to the folder of the scene file");
 const FACE_NORMALS: Param = Param::new(
     "face_normals",
     ParamKind::Boolean,
     "false",
-    "whether triangles look flat, whatever normals the file has",
+    "whether to shade triangles flat and ignore the normals of the file",
 );
 const ALLOW_OPEN: Param = Param::new(
     "allow_open",
     ParamKind::Boolean,
     "false",
-    "whether glass on it may have an edge, as the surface of a lake has",
+    "whether a dielectric bsdf is allowed although the mesh is open, as for the surface of a lake",
 );
 
-/// The triangles of a file that a function reads.
+/// Reads the triangles from the file that the parameter `filename` names.
 fn from_file(
     params: &Params<'_>,
     read: impl FnOnce(&std::path::Path) -> Result<MeshData, MeshError>,
@@ -83,12 +83,13 @@ fn from_file(
 impl Format for Ply {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("mod.rs": "Mesh", "Ply"),
         name: "ply",
-        summary: "A mesh from a PLY file: ascii or binary, with normals and texture coordinates if it has them.",
+        summary: "A mesh from a PLY file, ascii or binary, with its normals and texture coordinates if it has them.",
         params: &[
             FILENAME,
             FACE_NORMALS,
-            Param::new("flip_tex_coords", ParamKind::Boolean, "false", "whether v counts from the other end"),
+            Param::new("flip_tex_coords", ParamKind::Boolean, "false", "whether to replace v by 1 - v"),
             ALLOW_OPEN,
             super::TO_WORLD,
             super::FLIP_NORMALS,
@@ -106,12 +107,13 @@ impl Format for Ply {
 impl Format for Obj {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("mod.rs": "Mesh", "Obj"),
         name: "obj",
         summary: "A mesh from a Wavefront OBJ file.",
         params: &[
             FILENAME,
             FACE_NORMALS,
-            Param::new("flip_tex_coords", ParamKind::Boolean, "true", "whether v counts from the other end"),
+            Param::new("flip_tex_coords", ParamKind::Boolean, "true", "whether to replace v by 1 - v"),
             ALLOW_OPEN,
             super::TO_WORLD,
             super::FLIP_NORMALS,
@@ -129,11 +131,12 @@ impl Format for Obj {
 impl Format for Kcply {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("mod.rs": "Mesh", "Kcply"),
         name: "kcply",
-        summary: "A mesh from a kcply file: a text of vertices and triangles.",
+        summary: "A mesh from a kcply file: a text file of vertices and triangles.",
         params: &[
             FILENAME,
-            Param::new("index_base", ParamKind::Choice(&["auto", "0", "1"]), "auto", "the number of the first vertex"),
+            Param::new("index_base", ParamKind::Choice(&["auto", "0", "1"]), "auto", "the index of the first vertex"),
             FACE_NORMALS,
             ALLOW_OPEN,
             super::TO_WORLD,
@@ -158,6 +161,7 @@ impl Format for Arrays {
         category: Category::Shape,
         name: "mesh",
         summary: "A mesh from arrays, in a scene that is built in code; a scene file names a ply, obj or kcply file instead.",
+        manual: manual!("mod.rs": "Mesh", "Arrays"),
         params: &[
             Param::required("arrays", ParamKind::Mesh, "vertices and triangles, which only code can give"),
             FACE_NORMALS,
@@ -179,15 +183,16 @@ impl Format for Arrays {
 impl Format for Triangle {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("mod.rs": "Mesh", "Triangle"),
         name: "triangle",
-        summary: "One triangle, its front where its corners go anticlockwise; smooth if it has normals.",
+        summary: "A triangle. From its front side the corners run anticlockwise; it is smooth if it has normals.",
         params: &[
             Param::required("p0", ParamKind::Point, "the first corner"),
             Param::required("p1", ParamKind::Point, "the second corner"),
             Param::required("p2", ParamKind::Point, "the third corner"),
-            Param::optional("n0", ParamKind::Point, "that of the triangle", "the normal at the first corner"),
-            Param::optional("n1", ParamKind::Point, "that of the triangle", "the normal at the second corner"),
-            Param::optional("n2", ParamKind::Point, "that of the triangle", "the normal at the third corner"),
+            Param::optional("n0", ParamKind::Point, "the normal of the triangle", "the normal at the first corner"),
+            Param::optional("n1", ParamKind::Point, "the normal of the triangle", "the normal at the second corner"),
+            Param::optional("n2", ParamKind::Point, "the normal of the triangle", "the normal at the third corner"),
             super::TO_WORLD,
             super::FLIP_NORMALS,
         ],
@@ -207,28 +212,30 @@ impl Format for Triangle {
         let normals = match given {
             [None, None, None] => None,
             [Some(a), Some(b), Some(c)] => Some([a, b, c].map(narrow).to_vec()),
-            _ => return Err(params.error("n0", "a triangle has normals at all corners or at none")),
+            _ => return Err(params.error("n0", "a triangle needs normals at all corners or at none")),
         };
         let data = MeshData::new(corners.map(narrow).to_vec(), normals, None, vec![[0, 1, 2]]);
         data.map_err(|fault| params.error("p0", fault.to_string()))
     }
 }
 
-/// Triangles, smooth where they have normals at their vertices. A file without normals gets them from its faces
-/// unless `face_normals` says otherwise, as in Mitsuba. As a light, every point is drawn with the same density.
+/// A triangle mesh. Its shading normals are interpolated from vertex normals. As in Mitsuba, vertex normals are computed
+/// from the faces if the file has none, and with `face_normals` the triangles are flat. An area light samples all points
+/// with the same pdf.
 #[derive(Clone, Debug)]
 pub struct Mesh<F> {
     triangles: Triangles,
-    /// Unit vectors, or zero where there is none, by vertex.
+    /// A unit vector per vertex, or zero for a vertex without a normal.
     normals: Option<Vec<[f32; 3]>>,
+    /// Texture coordinates per vertex.
     uvs: Option<Vec<[f32; 2]>>,
-    /// The triangles by their areas.
+    /// Samples triangles in proportion to their areas.
     areas: Distribution1D,
-    /// Triangles without area.
+    /// The triangles of zero area, which cannot be hit.
     slivers: Vec<[u32; 3]>,
-    /// Of a closed mesh, 1 if the corners of its triangles turn anticlockwise from outside, else -1.
+    /// For a closed mesh, 1 if the corners of its triangles run anticlockwise from outside, else -1.
     outward: f64,
-    /// Whether glass on it may have an edge.
+    /// Whether a dielectric BSDF is allowed although the mesh is open.
     allow_open: bool,
     format: PhantomData<F>,
 }
@@ -240,14 +247,14 @@ impl<F: Format> Described for Mesh<F> {
         let to_world = params.transform(super::TO_WORLD.name)?;
         let has = |param: &Param| F::PLUGIN.params.iter().any(|known| known.name == param.name);
         let face_normals = has(&FACE_NORMALS) && params.boolean(FACE_NORMALS.name)?;
-        // A single triangle is no solid that somebody forgot to close.
+        // A plugin without `allow_open` (the single triangle) is meant to be open.
         let allow_open = !has(&ALLOW_OPEN) || params.boolean(ALLOW_OPEN.name)?;
         Ok(Self { allow_open, ..Self::new(F::load(params)?, &to_world, face_normals) })
     }
 }
 
 impl<F> Mesh<F> {
-    /// A mesh in the world. Vertices are rounded to `f32` there, as in Mitsuba.
+    /// A mesh transformed to world space, where its vertices are rounded to `f32`, as in Mitsuba.
     #[must_use]
     pub fn new(data: MeshData, to_world: &DAffine3, face_normals: bool) -> Self {
         let MeshData { mut positions, normals, uvs, triangles, slivers } = data;
@@ -273,21 +280,29 @@ impl<F> Mesh<F> {
         Self { triangles, normals, uvs, areas, slivers, outward, allow_open: false, format: PhantomData }
     }
 
+    /// The surface point of a triangle at the barycentric coordinates `b` of its second and third corner.
     fn point(&self, triangle: u32, b: DVec2) -> Surface {
         let corners = self.triangles.triangle(triangle);
         let weights = [1.0 - b.x - b.y, b.x, b.y];
         let n = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
         let vertices = self.triangles.indices()[triangle as usize];
-        let mix = |values: [DVec3; 3]| weights[0] * values[0] + weights[1] * values[1] + weights[2] * values[2];
-        let smooth = self.normals.as_ref().map(|normals| mix(vertices.map(|v| wide(normals[v as usize]))));
+        let interpolate = |values: [DVec3; 3]| weights[0] * values[0] + weights[1] * values[1] + weights[2] * values[2];
+        let smooth = self.normals.as_ref().map(|normals| interpolate(vertices.map(|v| wide(normals[v as usize]))));
         let uv = self.uvs.as_ref().map_or(b, |uvs| {
             let [x, y, z] = vertices.map(|v| DVec2::from_array(uvs[v as usize].map(f64::from)));
             weights[0] * x + weights[1] * y + weights[2] * z
         });
         let shading = smooth.and_then(DVec3::try_normalize).unwrap_or(n);
-        // The front is where the file's normals say, whichever way the corners turn, in a mirror too.
+        // The file's normals determine the front, not the orientation of the corners, which a reflection reverses.
         let n = if n.dot(shading) < 0.0 { -n } else { n };
-        Surface { p: mix(corners), n, shading: Frame::from_normal(shading), uv, primitive: triangle, operand_index: 0 }
+        Surface {
+            p: interpolate(corners),
+            n,
+            shading: Frame::from_normal(shading),
+            uv,
+            primitive: triangle,
+            operand_index: 0,
+        }
     }
 }
 
@@ -330,8 +345,8 @@ impl<F> ShapeModel for Mesh<F> {
     }
 
     fn sample_position(&self, u: DVec2) -> ShapeSample<PerArea> {
-        let Draw { index, rest } = self.areas.sample(u.x);
-        let point = self.point(index as u32, warp::square_to_triangle(DVec2::new(rest, u.y)));
+        let DiscreteSample { index, remapped } = self.areas.sample(u.x);
+        let point = self.point(index as u32, warp::square_to_triangle(DVec2::new(remapped, u.y)));
         ShapeSample { p: point.p, n: point.n, uv: point.uv, pdf: PerArea(1.0 / self.areas.total()) }
     }
 
@@ -345,8 +360,8 @@ impl<F> ShapeModel for Mesh<F> {
 
     fn edge_distance(&self, surface: &Surface) -> Option<f64> {
         let [a, b, c] = self.triangles.triangle(surface.primitive);
-        let beside = |p: DVec3, q: DVec3| (q - p).normalize().cross(surface.p - p).length();
-        Some(beside(a, b).min(beside(b, c)).min(beside(c, a)))
+        let distance = |p: DVec3, q: DVec3| (q - p).normalize().cross(surface.p - p).length();
+        Some(distance(a, b).min(distance(b, c)).min(distance(c, a)))
     }
 
     fn open_edges(&self) -> Option<OpenEdges> {
@@ -371,9 +386,9 @@ impl<F> SolidModel for Mesh<F> {
         let [a, b, c] = self.triangles.triangle(hit.primitive);
         let n = (b - a).cross(c - a);
         let p = ray.at(hit.t);
-        // Areas opposite to the second and third corner, over the whole.
-        let share = |from: DVec3, to: DVec3| (to - from).cross(p - from).dot(n) / n.length_squared();
-        let weights = DVec2::new(share(c, a), share(a, b)).max(DVec2::ZERO);
+        // The barycentric coordinates of the second and third corner: areas opposite to them over the whole area.
+        let weight = |from: DVec3, to: DVec3| (to - from).cross(p - from).dot(n) / n.length_squared();
+        let weights = DVec2::new(weight(c, a), weight(a, b)).max(DVec2::ZERO);
         let surface = self.point(hit.primitive, weights / (weights.x + weights.y).max(1.0));
         if surface.n.dot(self.outward * n) < 0.0 { surface.flipped() } else { surface }
     }

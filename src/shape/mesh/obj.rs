@@ -1,16 +1,17 @@
 //! Wavefront OBJ.
 //!
-//! Read: `v`, `vt`, `vn`, and `f` with the corners `v`, `v/vt`, `v//vn`, `v/vt/vn`; a negative index counts back from
-//! the last one so far. A vertex of the mesh is a distinct triple of indices, numbered as the faces first name it;
-//! what no face names is left out. A polygon becomes a fan around its first corner, which is right for convex ones.
-//! Other statements (`g`, `o`, `s`, `usemtl`, `l`, ...) and further numbers on a line, such as colours, are ignored.
+//! The reader supports the statements `v`, `vt`, `vn`, and `f` with corners `v`, `v/vt`, `v//vn` or `v/vt/vn`. A negative
+//! index counts back from the last value above its line. A vertex of the mesh is a distinct triple of indices; the vertices
+//! are numbered in the order in which the faces first use them. Unused values are left out. A polygon becomes a fan around
+//! its first corner, which is correct for convex polygons. Other statements (`g`, `o`, `s`, `usemtl`, `l`, ...) and further
+//! numbers on a line, such as colours, are ignored.
 //!
-//! A corner without texture coordinates gets (0, 0) where others have some, and one without a normal the zero normal,
-//! which says nothing: such a face is flat. Mitsuba has no negative indices, and reads whatever memory holds for a
-//! corner without a normal in a file with normals. An index must name something above its line, as in Mitsuba.
-//! Statements that go on after a backslash are not read but refused, where they matter.
+//! If only some corners have texture coordinates, the others get (0, 0). If only some have normals, the others get the zero
+//! normal; a face with zero normals is flat. Mitsuba does not support negative indices, and reads uninitialised memory for a
+//! corner without a normal in a file with normals. As in Mitsuba, an index must refer to a value above its line. Lines that
+//! continue after a backslash are not supported; they are an error in statements that the reader uses.
 //!
-//! The reader is our own: the errors of the crate `tobj` do not say where in the file they are.
+//! We have our own reader because the errors of the crate `tobj` do not state the line of the file.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -21,14 +22,13 @@ use super::data::{self, MeshData, MeshError, MeshFault, check_vertex_count, quot
 ///
 /// # Errors
 ///
-/// The file cannot be read, a line cannot be understood (the error has its number), or the mesh does not pass
-/// [`MeshData::new`].
+/// The file cannot be read, a line is not valid (the error states its number), or the mesh does not pass [`MeshData::new`].
 pub fn read_obj(path: &Path, flip_tex_coords: bool) -> Result<MeshData, MeshError> {
     data::read(path, |bytes| parse(bytes, flip_tex_coords))
 }
 
 fn parse(bytes: &[u8], flip_tex_coords: bool) -> Result<MeshData, MeshFault> {
-    // A byte order mark would hide the first statement.
+    // A byte order mark is not part of the first statement.
     let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     let mut reader = Reader::default();
     for (number, line) in bytes.split(|&byte| byte == b'\n').enumerate() {
@@ -37,7 +37,7 @@ fn parse(bytes: &[u8], flip_tex_coords: bool) -> Result<MeshData, MeshFault> {
     reader.finish(flip_tex_coords)
 }
 
-/// What one corner of a face names, each counted from 0.
+/// The indices of one corner of a face, counted from 0.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 struct Corner {
     v: u32,
@@ -45,20 +45,20 @@ struct Corner {
     vn: Option<u32>,
 }
 
-/// What the lines so far have said.
+/// The values and faces that have been read so far.
 #[derive(Default)]
 struct Reader {
     positions: Vec<[f32; 3]>,
     uvs: Vec<[f32; 2]>,
     normals: Vec<[f32; 3]>,
-    /// The corners in the order in which the faces first name them: the vertices of the mesh.
+    /// The distinct corners in the order in which the faces first use them: the vertices of the mesh.
     corners: Vec<Corner>,
     vertex_of: HashMap<Corner, u32>,
     triangles: Vec<[u32; 3]>,
 }
 
 impl Reader {
-    /// Takes in one line; the error says what is wrong with it.
+    /// Reads one line. The error describes its fault.
     fn statement(&mut self, line: &[u8]) -> Result<(), String> {
         let mut words = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
         match words.next() {
@@ -72,22 +72,22 @@ impl Reader {
     }
 
     fn face<'a>(&mut self, words: impl Iterator<Item = &'a [u8]>) -> Result<(), String> {
-        let mut seen = 0;
+        let mut count = 0;
         let (mut first, mut last) = (0, 0);
         for word in words {
             let vertex = self.vertex(word)?;
-            match seen {
+            match count {
                 0 => first = vertex,
                 1 => {}
                 _ => self.triangles.push([first, last, vertex]),
             }
             last = vertex;
-            seen += 1;
+            count += 1;
         }
-        if seen < 3 { Err(format!("a face of {seen} corners; it needs 3 or more")) } else { Ok(()) }
+        if count < 3 { Err(format!("the face has {count} corners; it needs 3 or more")) } else { Ok(()) }
     }
 
-    /// The vertex of the mesh that a corner such as `3/1/2` means, a new one if it is the first of its kind.
+    /// The vertex of the mesh for a corner such as `3/1/2`. A new vertex is added when a corner occurs for the first time.
     fn vertex(&mut self, word: &[u8]) -> Result<u32, String> {
         let mut parts = word.split(|&byte| byte == b'/');
         let mut part = |of, count| index(of, parts.next().unwrap_or_default(), count);
@@ -95,7 +95,7 @@ impl Reader {
         let vt = part("texture coordinate", self.uvs.len())?;
         let vn = part("normal", self.normals.len())?;
         let (Some(v), None) = (v, parts.next()) else {
-            return Err(format!("{} is no corner of a face; known: v, v/vt, v//vn, v/vt/vn", quoted(word)));
+            return Err(format!("{} is not a corner of a face; known: v, v/vt, v//vn, v/vt/vn", quoted(word)));
         };
         let corner = Corner { v, vt, vn };
         if let Some(&vertex) = self.vertex_of.get(&corner) {
@@ -130,8 +130,8 @@ fn flip([u, v]: [f32; 2], flip_tex_coords: bool) -> [f32; 2] {
 /// The first `N` numbers of a statement.
 fn numbers<'a, const N: usize>(statement: &str, mut words: impl Iterator<Item = &'a [u8]>) -> Result<[f32; N], String> {
     let mut numbers = [0.0; N];
-    for (done, number) in numbers.iter_mut().enumerate() {
-        let word = words.next().ok_or_else(|| format!("{statement} needs {N} numbers, here are {done}"))?;
+    for (read, number) in numbers.iter_mut().enumerate() {
+        let word = words.next().ok_or_else(|| format!("{statement} needs {N} numbers, but has {read}"))?;
         let parsed: Option<f32> = std::str::from_utf8(word).ok().and_then(|text| text.parse().ok());
         *number = parsed.ok_or_else(|| format!("{} is not a number", quoted(word)))?;
         if !number.is_finite() {
@@ -141,20 +141,20 @@ fn numbers<'a, const N: usize>(statement: &str, mut words: impl Iterator<Item = 
     Ok(numbers)
 }
 
-/// The place that an index means among `count` things so far, counted from 0; none for an empty word.
+/// The position, from 0, to which an index word refers among the `count` values so far. `None` for an empty word.
 fn index(of: &str, word: &[u8], count: usize) -> Result<Option<u32>, String> {
     if word.is_empty() {
         return Ok(None);
     }
     let parsed: Option<i64> = std::str::from_utf8(word).ok().and_then(|text| text.parse().ok());
     let index = parsed.ok_or_else(|| format!("{} is not the index of a {of}", quoted(word)))?;
-    // 1 is the first, -1 the last; 0 is as far from both as one too many.
-    let place = if index > 0 { index.checked_sub(1) } else { index.checked_add(count as i64) };
-    match place.and_then(|place| u32::try_from(place).ok()).filter(|&place| (place as usize) < count) {
-        Some(place) => Ok(Some(place)),
-        None => {
-            Err(format!("the face uses {of} {index}, above it there are {count} (they count from 1, or back from -1)"))
-        }
+    // 1 is the first value and -1 the last. An index of 0 gives `count`, which is out of range.
+    let position = if index > 0 { index.checked_sub(1) } else { index.checked_add(count as i64) };
+    match position.and_then(|position| u32::try_from(position).ok()).filter(|&position| (position as usize) < count) {
+        Some(position) => Ok(Some(position)),
+        None => Err(format!(
+            "the face uses {of} {index}, but {count} are defined above it (indices start at 1, or at -1 backwards)"
+        )),
     }
 }
 
@@ -181,12 +181,12 @@ mod tests {
     }
 
     #[test]
-    fn corners_with_and_without_the_rest() {
-        let places = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]];
+    fn corners_may_omit_texture_coordinates_and_normals() {
+        let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]];
         let uvs = Some(vec![[0.0, 0.25], [1.0, 0.5], [0.0, 0.25]]);
         let normals = Some(vec![[0.0, 0.0, 1.0], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0]]);
         let mesh = |normals: &Option<_>, uvs: &Option<_>| MeshData {
-            positions: places.clone(),
+            positions: positions.clone(),
             normals: normals.clone(),
             uvs: uvs.clone(),
             triangles: vec![[0, 1, 2]],
@@ -201,14 +201,14 @@ mod tests {
     }
 
     #[test]
-    fn negative_indices_count_from_their_line() {
+    fn negative_indices_count_back_from_their_line() {
         let mesh = read("v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 0 0 5\nf -4 -3 -1\n");
         assert_eq!(mesh.positions, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 5.0]]);
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 1, 3]]);
     }
 
     #[test]
-    fn a_vertex_is_a_distinct_triple() {
+    fn a_vertex_is_a_distinct_triple_of_indices() {
         let mesh = square("f 1/1/1 2/1/1 3/1/1\nf 1/1/1 3/1/1 4/1/1\nf 1/2/1 2/1/2 3/1/1");
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [4, 5, 2]]);
         assert_eq!(mesh.positions[4], mesh.positions[0]);
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn a_corner_that_lacks_what_others_have_gets_zeros() {
+    fn omitted_attributes_of_a_corner_are_zero() {
         let mesh = square("f 1/2/1 2/1/1 3/1/1\nf 1 3 4");
         assert_eq!(mesh.triangles, [[0, 1, 2], [3, 4, 5]]);
         assert_eq!(mesh.normals.expect("given")[3..], [[0.0; 3]; 3]);
@@ -233,14 +233,14 @@ mod tests {
     }
 
     #[test]
-    fn flipped_texture_coordinates() {
+    fn texture_coordinates_can_be_flipped() {
         let text = format!("{SQUARE}vt 0 0.25\nvt 1 0.5 7\nf 1/1 2/2 3");
         let flipped = parse(text.as_bytes(), true).expect("a mesh").uvs.expect("given");
         assert_eq!(flipped, [[0.0, 0.75], [1.0, 0.5], [0.0, 0.0]]);
     }
 
     #[test]
-    fn other_statements_and_blanks_are_passed_over() {
+    fn other_statements_and_blanks_are_ignored() {
         let text = "\u{feff}v 0 0 0 1.0\r\n# comment\r\no thing\r\ng a b\r\ns off\r\nmtllib a.mtl\r\nusemtl red\r\n\r\n\
             \tv  1\t0 0 0.5 0.5 0.5\r\n  v 0 1 0\r\nvp 1 2\r\nl 1 2\r\nf 1 2 3 # front\r\n";
         let mesh = read(text);
@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn triangles_of_zero_area_are_left_out_and_counted() {
+    fn triangles_of_zero_area_become_slivers() {
         let mesh = square("f 1 1 2\nf 1 2 3");
         assert_eq!((mesh.triangles, mesh.slivers.len()), (vec![[0, 1, 2]], 1));
         assert_eq!(error(SQUARE), "the mesh has no triangle");
@@ -259,25 +259,31 @@ mod tests {
     #[test]
     fn errors_name_the_line() {
         let cases = [
-            ("f 1 2 5", "line 5: the face uses vertex 5, above it there are 4 (they count from 1, or back from -1)"),
-            ("f 0 1 2", "line 5: the face uses vertex 0, above it there are 4"),
-            ("f -5 1 2", "line 5: the face uses vertex -5, above it there are 4"),
-            ("f 1/1 2/1 3/1", "line 5: the face uses texture coordinate 1, above it there are 0"),
-            ("vn 0 0 1\nf 1//1 2//2 3//1", "line 6: the face uses normal 2, above it there are 1"),
-            ("f 9223372036854775807 -9223372036854775808 1", "line 5: the face uses vertex 9223372036854775807, above"),
-            ("f -9223372036854775808 1 2", "line 5: the face uses vertex -9223372036854775808, above it there are 4"),
+            (
+                "f 1 2 5",
+                "line 5: the face uses vertex 5, but 4 are defined above it (indices start at 1, or at -1 backwards)",
+            ),
+            ("f 0 1 2", "line 5: the face uses vertex 0, but 4 are defined above it"),
+            ("f -5 1 2", "line 5: the face uses vertex -5, but 4 are defined above it"),
+            ("f 1/1 2/1 3/1", "line 5: the face uses texture coordinate 1, but 0 are defined above it"),
+            ("vn 0 0 1\nf 1//1 2//2 3//1", "line 6: the face uses normal 2, but 1 are defined above it"),
+            ("f 9223372036854775807 -9223372036854775808 1", "line 5: the face uses vertex 9223372036854775807, but"),
+            (
+                "f -9223372036854775808 1 2",
+                "line 5: the face uses vertex -9223372036854775808, but 4 are defined above it",
+            ),
             ("f 9223372036854775808 1 2", "line 5: \"9223372036854775808\" is not the index of a vertex"),
             ("f 1 2 x", "line 5: \"x\" is not the index of a vertex"),
             ("f 1 2 3 \\", "line 5: \"\\\\\" is not the index of a vertex"),
             ("f 1/a 2 3", "line 5: \"a\" is not the index of a texture coordinate"),
-            ("f 1//0 2 3", "line 5: the face uses normal 0, above it there are 0"),
-            ("f /1 2 3", "line 5: the face uses texture coordinate 1, above"),
-            ("f //", "line 5: \"//\" is no corner of a face; known: v, v/vt, v//vn, v/vt/vn"),
-            ("f 1//// 2 3", "line 5: \"1////\" is no corner of a face; known: v, v/vt, v//vn, v/vt/vn"),
-            ("f 1 2", "line 5: a face of 2 corners; it needs 3 or more"),
-            ("f", "line 5: a face of 0 corners; it needs 3 or more"),
-            ("\n\nv 1 2", "line 7: v needs 3 numbers, here are 2"),
-            ("vt 1", "line 5: vt needs 2 numbers, here are 1"),
+            ("f 1//0 2 3", "line 5: the face uses normal 0, but 0 are defined above it"),
+            ("f /1 2 3", "line 5: the face uses texture coordinate 1, but"),
+            ("f //", "line 5: \"//\" is not a corner of a face; known: v, v/vt, v//vn, v/vt/vn"),
+            ("f 1//// 2 3", "line 5: \"1////\" is not a corner of a face; known: v, v/vt, v//vn, v/vt/vn"),
+            ("f 1 2", "line 5: the face has 2 corners; it needs 3 or more"),
+            ("f", "line 5: the face has 0 corners; it needs 3 or more"),
+            ("\n\nv 1 2", "line 7: v needs 3 numbers, but has 2"),
+            ("vt 1", "line 5: vt needs 2 numbers, but has 1"),
             ("vn 1 2 three", "line 5: \"three\" is not a number"),
             ("v 1 nan 2", "line 5: \"nan\" is not finite in single precision"),
             ("v 1 1e39 2", "line 5: \"1e39\" is not finite in single precision"),
@@ -296,10 +302,11 @@ mod tests {
         assert_eq!(read_obj(&path, true).expect("a mesh").triangles, [[0, 1, 2]]);
         std::fs::write(&path, "v 1 2").expect("a file for the test");
         let message = read_obj(&path, true).expect_err("broken").to_string();
-        assert_eq!(message, format!("{}: line 1: v needs 3 numbers, here are 2", path.display()));
+        assert_eq!(message, format!("{}: line 1: v needs 3 numbers, but has 2", path.display()));
     }
 
-    /// Reads bytes that may be anything: no panic, a mesh that keeps its promises, memory in proportion.
+    /// Parses arbitrary bytes: the parser does not panic, the mesh keeps its guarantees, and memory is proportional to the
+    /// file's size.
     fn read_anything(bytes: &[u8]) {
         let Ok(mesh) = parse(bytes, true) else { return };
         let vertices = mesh.positions.len();
@@ -320,9 +327,9 @@ mod tests {
             read_anything(format!("{SQUARE}{text}").as_bytes());
         }
 
-        /// A face by negative indices is the face by positive ones.
+        /// A face with negative indices equals the face with the corresponding positive indices.
         #[test]
-        fn both_ways_to_count_agree(v in prop::array::uniform3(1..=4_i64), below in 0..3_usize) {
+        fn negative_and_positive_indices_agree(v in prop::array::uniform3(1..=4_i64), below in 0..3_usize) {
             let face = |v: [i64; 3]| format!("{SQUARE}f {} {} {}\n{}f 1 2 3\n", v[0], v[1], v[2], "v 1 2 3\n".repeat(below));
             prop_assert_eq!(read(&face(v)), read(&face(v.map(|v| v - 5))));
         }
@@ -332,9 +339,9 @@ mod tests {
             mutations in prop::collection::vec((any::<prop::sample::Index>(), any::<bool>(), any::<u8>()), 1..8),
         ) {
             let mut bytes = format!("{SQUARE}vt 0 1\nvn 0 0 1\nf 1/1/1 2/1/1 3//1 4\nf -1 -2 -3\n").into_bytes();
-            for (place, within, byte) in mutations {
-                let at = place.index(bytes.len());
-                bytes[at] = if within { b" \n/-0123456789vftn"[usize::from(byte) % 17] } else { byte };
+            for (position, is_plausible, byte) in mutations {
+                let at = position.index(bytes.len());
+                bytes[at] = if is_plausible { b" \n/-0123456789vftn"[usize::from(byte) % 17] } else { byte };
             }
             read_anything(&bytes);
         }

@@ -1,4 +1,4 @@
-//! Meshes as solids: whether they are closed, and where a line enters and leaves them.
+//! Meshes as solids: the check that they are closed, and their crossings with a line.
 
 use std::{collections::HashMap, fmt};
 
@@ -7,16 +7,16 @@ use glam::DVec3;
 use super::{Triangles, wide};
 use crate::shape::{Crossing, Crossings, Line};
 
-/// The edges of a mesh that keep it from enclosing a solid.
+/// The open edges of a mesh, because of which it does not enclose a solid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OpenEdges {
-    /// How many there are.
+    /// The number of open edges.
     pub count: usize,
-    /// The ends of some, in the world.
+    /// The end points of the first few, in world space.
     pub some: Vec<[DVec3; 2]>,
 }
 
-/// How many open edges a message shows.
+/// The greatest number of open edges in a message.
 const SHOWN: usize = 3;
 
 impl fmt::Display for OpenEdges {
@@ -34,26 +34,26 @@ impl fmt::Display for OpenEdges {
     }
 }
 
-/// The boundary of the surface, if it has one: edges along which as many triangles do not run one way as the other.
-/// Vertices at one place are one vertex, whatever their normals.
+/// The boundary of the surface, or `None` if the surface is closed. An edge is open if the numbers of triangles that
+/// traverse it in its two directions differ. Vertices with the same position are treated as one.
 ///
-/// `slivers` are triangles without area, which close gaps as well.
+/// `slivers` are triangles of zero area. They also close gaps.
 pub(super) fn open_edges(triangles: &Triangles, slivers: &[[u32; 3]]) -> Option<OpenEdges> {
-    let mut places = HashMap::new();
-    let of_vertex: Vec<u32> = triangles
+    let mut positions = HashMap::new();
+    let position_of_vertex: Vec<u32> = triangles
         .positions()
         .iter()
         .map(|p| {
-            // Adding zero makes one zero of both.
-            let next = places.len() as u32;
-            *places.entry(p.map(|x| (x + 0.0).to_bits())).or_insert(next)
+            // Adding zero turns -0 into +0.
+            let next = positions.len() as u32;
+            *positions.entry(p.map(|x| (x + 0.0).to_bits())).or_insert(next)
         })
         .collect();
     let mut balance: HashMap<[u32; 2], ([u32; 2], i32)> = HashMap::new();
     for corners in triangles.indices().iter().chain(slivers) {
         for i in 0..3 {
             let vertices = [corners[i], corners[(i + 1) % 3]];
-            let [a, b] = vertices.map(|v| of_vertex[v as usize]);
+            let [a, b] = vertices.map(|v| position_of_vertex[v as usize]);
             let entry = balance.entry([a.min(b), a.max(b)]).or_insert((vertices, 0));
             entry.1 += match a.cmp(&b) {
                 std::cmp::Ordering::Less => 1,
@@ -69,22 +69,22 @@ pub(super) fn open_edges(triangles: &Triangles, slivers: &[[u32; 3]]) -> Option<
     (!open.is_empty()).then(|| OpenEdges { count: open.len(), some: open.iter().take(SHOWN).map(ends).collect() })
 }
 
-/// The volume that closed triangles enclose, negative if their corners turn clockwise from outside: by Gauss's theorem
-/// about a point in their midst.
+/// The volume that a closed mesh encloses, negative if the corners of its triangles run clockwise from outside. It is
+/// computed by Gauss's theorem about the centre of the bounding box.
 pub(super) fn signed_volume(triangles: &Triangles) -> f64 {
     let centre = triangles.bounds().centre();
-    let cone = |i: u32| {
+    let tetrahedron = |i: u32| {
         let [a, b, c] = triangles.triangle(i).map(|corner| corner - centre);
         a.dot(b.cross(c)) / 6.0
     };
-    (0..triangles.indices().len() as u32).map(cone).sum()
+    (0..triangles.indices().len() as u32).map(tetrahedron).sum()
 }
 
-/// Where a line enters and leaves a closed mesh; `outward` is the sign of its volume.
+/// The crossings of a line with a closed mesh. `outward` is the sign of the mesh's volume.
 ///
-/// A line through an edge meets both its triangles: hits at one place count once, as what prevails among them. Inside is
-/// where more surfaces have been entered than left, so that shells may overlap, and one that faces inwards within another
-/// bounds a cavity.
+/// A line through an edge hits both adjacent triangles: simultaneous hits count as one, which enters or leaves as their
+/// majority does. The line is inside where it has entered more shells than it has left, so that shells may overlap, and a
+/// shell that faces inwards within another bounds a cavity.
 pub(super) fn cross(triangles: &Triangles, outward: f64, line: &Line) -> Crossings {
     let mut hits: Vec<(Crossing, bool)> = Vec::new();
     triangles.for_each(&line.ray, |hit| {
@@ -98,15 +98,15 @@ pub(super) fn cross(triangles: &Triangles, outward: f64, line: &Line) -> Crossin
     let mut rest = &hits[..];
     while let Some((first, _)) = rest.first() {
         let end = first.t + line.margin(first.t);
-        let (here, beyond) = rest.split_at(rest.partition_point(|(hit, _)| hit.t <= end));
-        let entering = here.iter().filter(|(_, enters)| *enters).count();
+        let (simultaneous, later) = rest.split_at(rest.partition_point(|(hit, _)| hit.t <= end));
+        let entering = simultaneous.iter().filter(|(_, enters)| *enters).count();
         let was_inside = depth > 0;
-        depth += (2 * entering).cmp(&here.len()) as i32;
+        depth += (2 * entering).cmp(&simultaneous.len()) as i32;
         if was_inside != (depth > 0) {
-            let found = here.iter().find(|(_, enters)| *enters != was_inside);
-            crossings.extend(found.map(|(hit, _)| *hit));
+            let crossing = simultaneous.iter().find(|(_, enters)| *enters != was_inside);
+            crossings.extend(crossing.map(|(hit, _)| *hit));
         }
-        rest = beyond;
+        rest = later;
     }
     if crossings.len() % 2 == 1 {
         crossings.pop();

@@ -2,34 +2,34 @@ use glam::{DMat3, DVec3, DVec4};
 
 use crate::math::{Ray, roots};
 
-/// The left side of the equation of a quadric, `pᵀ M p + v·p + k`: negative within.
+/// The left side of the equation of a quadric, `pᵀ M p + v·p + k`. It is negative inside the solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct QuadraticForm {
-    /// Symmetric.
+    /// `M`, which is symmetric.
     m: DMat3,
     v: DVec3,
     k: f64,
 }
 
-/// The stretches of a line on which a quadratic form is not positive: at most two.
+/// The intervals of a line's parameter in which a quadratic form is not positive: at most two.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Within {
-    Nowhere,
-    Everywhere,
+pub(super) enum InsideIntervals {
+    None,
+    All,
     Between([f64; 2]),
-    /// Up to the first and from the second on.
+    /// Below the first parameter and above the second.
     Outside([f64; 2]),
 }
 
 impl QuadraticForm {
-    /// Of the coefficients of x², y², z², xy, xz, yz, x, y, z and 1.
+    /// A form from the coefficients of x², y², z², xy, xz, yz, x, y, z and 1.
     pub(super) fn new([a, b, c, d, e, f, g, h, i, j]: [f64; 10]) -> Self {
         let (d, e, f) = (0.5 * d, 0.5 * e, 0.5 * f);
         let m = DMat3::from_cols(DVec3::new(a, d, e), DVec3::new(d, b, f), DVec3::new(e, f, c));
         Self { m, v: DVec3::new(g, h, i), k: j }
     }
 
-    /// `x² + y² - (c0 + c1 z + c2 z²)`: what lies around the z axis.
+    /// A form that is symmetric around the z axis: `x² + y² - (c0 + c1 z + c2 z²)`.
     pub(super) fn revolved([c0, c1, c2]: [f64; 3]) -> Self {
         Self { m: DMat3::from_diagonal(DVec3::new(1.0, 1.0, -c2)), v: DVec3::new(0.0, 0.0, -c1), k: -c0 }
     }
@@ -44,14 +44,14 @@ impl QuadraticForm {
         2.0 * (self.m * p) + self.v
     }
 
-    /// Whether it has a zero set with two sides: it varies, and it is not plus or minus the square of a linear form,
-    /// which is so if all minors of its 4 x 4 matrix vanish.
+    /// Whether the form can change its sign across its zero set: it is not constant, and it is not plus or minus the square
+    /// of a linear form. In both excluded cases all 2 x 2 minors of its 4 x 4 matrix vanish.
     pub(super) fn has_sides(&self) -> bool {
         let column = |i: usize| self.m.col(i).extend(0.5 * self.v[i]);
         let columns = [column(0), column(1), column(2), (0.5 * self.v).extend(self.k)];
         let scale = columns.iter().map(|c| c.abs().max_element()).fold(0.0, f64::max);
         let columns = columns.map(|column| column / scale);
-        // Rounding leaves of equal products some ulp of their size.
+        // Equal products differ by a few ulp because of rounding.
         let is_minor = |a: DVec4, b: DVec4, i: usize, j: usize| {
             let (one, other) = (a[i] * b[j], a[j] * b[i]);
             (one - other).abs() > 1e-13 * (one.abs() + other.abs())
@@ -60,10 +60,10 @@ impl QuadraticForm {
         pairs().any(|(a, b)| pairs().any(|(i, j)| is_minor(columns[a], columns[b], i, j)))
     }
 
-    /// Coefficients along a line, about a parameter near which it comes close to `centre`: there no digits are lost if
-    /// the origin is far away.
+    /// The parameter at which a line is nearest to `centre`, and the coefficients of the form along the line as a polynomial
+    /// around that parameter. They stay accurate for distant origins.
     #[inline]
-    fn along(&self, ray: &Ray, centre: DVec3) -> (f64, [f64; 3]) {
+    fn along_line(&self, ray: &Ray, centre: DVec3) -> (f64, [f64; 3]) {
         let d = ray.direction;
         let shift = (centre - ray.origin).dot(d) / d.length_squared();
         let o = ray.at(shift);
@@ -71,41 +71,41 @@ impl QuadraticForm {
         (shift, [d.dot(md), 2.0 * o.dot(md) + self.v.dot(d), self.value(o)])
     }
 
-    /// Where a line meets the surface, in order, if it does.
+    /// The parameters at which a line intersects the surface, in order.
     #[inline]
     pub(super) fn roots(&self, ray: &Ray, centre: DVec3) -> Option<[f64; 2]> {
-        let (shift, [a, b, c]) = self.along(ray, centre);
+        let (shift, [a, b, c]) = self.along_line(ray, centre);
         roots::quadratic(a, b, c).map(|roots| roots.map(|t| t + shift))
     }
 
-    /// Where a line is within.
-    pub(super) fn within(&self, ray: &Ray, centre: DVec3) -> Within {
-        let (shift, [a, b, c]) = self.along(ray, centre);
+    /// The intervals in which a line is inside the solid.
+    pub(super) fn inside(&self, ray: &Ray, centre: DVec3) -> InsideIntervals {
+        let (shift, [a, b, c]) = self.along_line(ray, centre);
         let Some([first, second]) = roots::quadratic(a, b, c).map(|roots| roots.map(|t| t + shift)) else {
-            return if c <= 0.0 && a <= 0.0 { Within::Everywhere } else { Within::Nowhere };
+            return if c <= 0.0 && a <= 0.0 { InsideIntervals::All } else { InsideIntervals::None };
         };
         if a > 0.0 {
-            Within::Between([first, second])
+            InsideIntervals::Between([first, second])
         } else if a < 0.0 {
-            Within::Outside([first, second])
+            InsideIntervals::Outside([first, second])
         } else if b > 0.0 {
-            Within::Between([f64::NEG_INFINITY, first])
+            InsideIntervals::Between([f64::NEG_INFINITY, first])
         } else {
-            Within::Between([first, f64::INFINITY])
+            InsideIntervals::Between([first, f64::INFINITY])
         }
     }
 
-    /// The nearest point of the surface to one that rounding has put beside it, and the unit gradient there.
+    /// Projects a point onto the surface, which it misses by a rounding error. Also returns the unit gradient there.
     #[inline]
     pub(super) fn project(&self, p: DVec3) -> (DVec3, DVec3) {
         let gradient = self.gradient(p);
         let squared = gradient.length_squared();
-        // Only at the apex of a cone there is no gradient.
+        // The gradient vanishes only at the apex of a cone.
         if squared == 0.0 {
             return (p, DVec3::Z);
         }
-        let on = p - (self.value(p) / squared) * gradient;
-        (on, self.gradient(on).try_normalize().unwrap_or(DVec3::Z))
+        let projected = p - (self.value(p) / squared) * gradient;
+        (projected, self.gradient(projected).try_normalize().unwrap_or(DVec3::Z))
     }
 }
 
@@ -113,9 +113,9 @@ impl QuadraticForm {
 mod tests {
     use super::*;
 
-    /// x² + 2y² + 3z² + 4xy + 5xz + 6yz + 7x + 8y + 9z + 10 at (1, 2, 3), and its derivatives.
+    /// Evaluates x² + 2y² + 3z² + 4xy + 5xz + 6yz + 7x + 8y + 9z + 10 and its gradient at (1, 2, 3).
     #[test]
-    fn each_coefficient_stands_where_it_belongs() {
+    fn each_coefficient_multiplies_its_monomial() {
         let form = QuadraticForm::new([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0]);
         let p = DVec3::new(1.0, 2.0, 3.0);
         assert_eq!(form.value(p), 1.0 + 8.0 + 27.0 + 8.0 + 15.0 + 36.0 + 7.0 + 16.0 + 27.0 + 10.0);
@@ -142,17 +142,17 @@ mod tests {
     }
 
     #[test]
-    fn a_line_is_within_between_or_outside() {
+    fn a_line_is_inside_between_or_outside_the_roots() {
         let along_x = |y: f64, z: f64| Ray::new(DVec3::new(0.0, y, z), DVec3::X);
         let up = Ray::new(DVec3::new(0.5, 0.0, 0.0), DVec3::Z);
-        let ball = QuadraticForm::new([1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0]);
-        assert_eq!(ball.within(&along_x(0.0, 0.0), DVec3::ZERO), Within::Between([-1.0, 1.0]));
-        assert_eq!(ball.within(&along_x(2.0, 0.0), DVec3::ZERO), Within::Nowhere);
+        let sphere = QuadraticForm::new([1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0]);
+        assert_eq!(sphere.inside(&along_x(0.0, 0.0), DVec3::ZERO), InsideIntervals::Between([-1.0, 1.0]));
+        assert_eq!(sphere.inside(&along_x(2.0, 0.0), DVec3::ZERO), InsideIntervals::None);
         let cone = QuadraticForm::revolved([0.0, 0.0, 1.0]);
-        assert_eq!(cone.within(&up, DVec3::ZERO), Within::Outside([-0.5, 0.5]));
+        assert_eq!(cone.inside(&up, DVec3::ZERO), InsideIntervals::Outside([-0.5, 0.5]));
         let one_sheet = QuadraticForm::revolved([1.0, 0.0, 1.0]);
-        assert_eq!(one_sheet.within(&up, DVec3::ZERO), Within::Everywhere);
+        assert_eq!(one_sheet.inside(&up, DVec3::ZERO), InsideIntervals::All);
         let paraboloid = QuadraticForm::revolved([0.0, 1.0, 0.0]);
-        assert_eq!(paraboloid.within(&up, DVec3::ZERO), Within::Between([0.25, f64::INFINITY]));
+        assert_eq!(paraboloid.inside(&up, DVec3::ZERO), InsideIntervals::Between([0.25, f64::INFINITY]));
     }
 }

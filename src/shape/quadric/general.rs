@@ -3,28 +3,30 @@ use glam::{DAffine3, DVec2, DVec3};
 use super::{Canonical, QuadraticForm, QuadricKind};
 use crate::{
     math::{Aabb, PerArea},
-    scene_file::{Category, Param, ParamKind, Params, Plugin, SceneError},
+    scene_file::{Category, Param, ParamKind, Params, Plugin, SceneError, manual},
 };
 
-/// Any quadric, `A x² + B y² + C z² + D xy + E xz + F yz + G x + H y + I z + J = 0`, as far as it lies in a box.
+/// The part of any quadric `A x² + B y² + C z² + D xy + E xz + F yz + G x + H y + I z + J = 0` that lies in a box.
 ///
-/// Its normals point to where the left side is positive. As an operand of a csg it is the solid in the box where the
-/// left side is not positive. Texture coordinates are x and y; on the faces of the box, the two that vary there.
+/// The normals point to the side where the left side is positive. As an operand of a csg it is the part of the box in which
+/// the left side is not positive. Texture coordinates are x and y; on the faces of the box, the two coordinates that vary
+/// there.
 #[derive(Clone, Debug)]
 pub struct General;
 
-const HOW: &str =
+const COEFFICIENTS: &str =
     "ten numbers \"A, B, C, D, E, F, G, H, I, J\" of A x² + B y² + C z² + D xy + E xz + F yz + G x + H y + I z + J";
 
 impl QuadricKind for General {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("general.rs": "General"),
         name: "quadric",
         summary: "The part of any quadric that lies in a box.",
         params: &[
-            Param::required("coefficients", ParamKind::String, HOW),
-            Param::required("bbox_min", ParamKind::Point, "the least corner of the box"),
-            Param::required("bbox_max", ParamKind::Point, "the greatest corner of the box"),
+            Param::required("coefficients", ParamKind::String, COEFFICIENTS),
+            Param::required("bbox_min", ParamKind::Point, "the corner of the box with the least coordinates"),
+            Param::required("bbox_max", ParamKind::Point, "the corner of the box with the greatest coordinates"),
             crate::shape::TO_WORLD,
             crate::shape::FLIP_NORMALS,
         ],
@@ -42,12 +44,12 @@ impl QuadricKind for General {
         let numbers = params.numbers("coefficients")?;
         let Ok(coefficients) = <[f64; 10]>::try_from(numbers.as_slice()) else {
             let what = format!("\"coefficients\" has {} numbers", numbers.len());
-            return Err(params.error("coefficients", what).hint(format!("give {HOW}")));
+            return Err(params.error("coefficients", what).hint(format!("give {COEFFICIENTS}")));
         };
         let form = QuadraticForm::new(coefficients);
         if !form.has_sides() {
             let error = params.error("coefficients", "the quadric has no surface with two sides");
-            return Err(error.hint("not all of A to I may be 0, and a square of a plane's equation is none"));
+            return Err(error.hint("A to I must not all be 0, and the equation must not be the square of a plane's"));
         }
         let clip = Aabb { min: params.point("bbox_min")?, max: params.point("bbox_max")? };
         if !clip.min.cmplt(clip.max).all() {
@@ -71,6 +73,6 @@ impl QuadricKind for General {
     }
 
     fn not_an_emitter_because() -> Option<&'static str> {
-        Some("an ellipsoid, cylinder, cone, paraboloid or hyperboloid can")
+        Some("use an ellipsoid, cylinder, cone, paraboloid or hyperboloid")
     }
 }

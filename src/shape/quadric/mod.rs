@@ -1,4 +1,4 @@
-//! Quadrics in boxes: any of ten coefficients, and those around an axis that have names.
+//! Quadrics clipped by boxes: the general one with ten coefficients, and the named quadrics of revolution.
 
 mod form;
 mod general;
@@ -16,35 +16,36 @@ use crate::{
     math::{Aabb, PerArea, Ray},
     scene_file::{Described, Params, Plugin, SceneError},
 };
-use form::{QuadraticForm, Within};
+use form::{InsideIntervals, QuadraticForm};
 
-/// Ways to describe a quadric in a scene file.
+/// A plugin that describes a quadric in a scene file.
 pub trait QuadricKind: Clone + Debug {
     /// The manual page.
     const PLUGIN: Plugin;
 
-    /// Its equation and its place.
+    /// Reads the equation, the box and the transform.
     ///
     /// # Errors
-    /// If a parameter is wrong.
+    /// A parameter is wrong.
     fn read(params: &Params<'_>) -> Result<Canonical<Self>, SceneError>;
 
     /// The texture coordinates of a point of the quadric.
     fn uv(&self, local: DVec3) -> DVec2;
 
-    /// Draws a point of the quadric, with the density per area of the canonical form, if there is a way.
+    /// Samples a point of the quadric in canonical space, with its pdf per area there. `None` if the plugin cannot be an
+    /// area light.
     fn sample(&self, u: DVec2) -> Option<(DVec3, PerArea)>;
 
-    /// The density with which [`QuadricKind::sample`] draws a point.
+    /// The pdf with which [`QuadricKind::sample`] samples a point, per area in canonical space.
     fn pdf(&self, local: DVec3) -> PerArea;
 
-    /// Why it cannot be a light, if it cannot.
+    /// The reason why the plugin cannot be an area light, or `None` if it can.
     fn not_an_emitter_because() -> Option<&'static str> {
         None
     }
 }
 
-/// A quadric in the space where its equation is simple.
+/// A quadric in its canonical space, where its equation is simple.
 pub struct Canonical<K> {
     form: QuadraticForm,
     clip: Aabb,
@@ -52,10 +53,10 @@ pub struct Canonical<K> {
     kind: K,
 }
 
-/// The part of a quadric that lies in a box. Its normals point to where its equation is positive.
+/// The part of a quadric that lies in a box. The normals point to the side where the quadratic form is positive.
 ///
-/// On its own it is an open surface; as an operand of a csg it is the solid in the box where the equation is not
-/// positive, its ends closed by the faces of the box.
+/// A clipped quadric is an open surface. As an operand of a csg it is the part of the box in which the quadratic form is
+/// not positive, closed by the faces of the box.
 #[derive(Clone, Debug)]
 pub struct Clipped<K> {
     form: QuadraticForm,
@@ -73,23 +74,23 @@ impl<K: QuadricKind> Described for Clipped<K> {
     }
 }
 
-/// The faces of the box, as primitives; the quadric itself is 0.
+/// The primitive index of a face of the box. The quadric itself has index 0.
 fn primitive_of(face: usize) -> u32 {
     face as u32 + 1
 }
 
 impl<K: QuadricKind> Clipped<K> {
-    /// Where a local line is in the box, and through which faces it comes and goes.
-    fn slab(&self, local: &Ray) -> Option<[Crossing; 2]> {
+    /// The crossings of a local line with the box.
+    fn cross_box(&self, local: &Ray) -> Option<[Crossing; 2]> {
         Some(self.clip.cross(local)?.map(|(t, face)| Crossing::new(t, primitive_of(face))))
     }
 
-    fn drawn<Density>(&self, local: DVec3, pdf: Density) -> ShapeSample<Density> {
+    fn sample<Density>(&self, local: DVec3, pdf: Density) -> ShapeSample<Density> {
         let n = self.affine.normal(self.form.gradient(local));
         ShapeSample { p: self.affine.point(local), n, uv: self.kind.uv(local), pdf }
     }
 
-    /// How a density of the canonical form looks in the world.
+    /// The density per world area of a density per area in canonical space.
     fn world_pdf(&self, local: DVec3, pdf: PerArea) -> PerArea {
         self.affine.pdf(pdf, self.form.gradient(local).normalize())
     }
@@ -100,7 +101,7 @@ impl<K: QuadricKind> ShapeModel for Clipped<K> {
         self.clip.transformed(&self.affine.to_world)
     }
 
-    // Five kinds of it would crowd the traversal that calls it.
+    // Inlining all five plugins would bloat the traversal that calls this.
     #[inline(never)]
     fn intersect(&self, ray: &Ray) -> Option<Hit> {
         let local = self.affine.ray(ray);
@@ -110,8 +111,7 @@ impl<K: QuadricKind> ShapeModel for Clipped<K> {
     }
 
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface {
-        let at = self.affine.ray(ray).at(hit.t);
-        let (local, n) = self.form.project(at);
+        let (local, n) = self.form.project(self.affine.ray(ray).at(hit.t));
         Surface::flat(self.affine.point(local), self.affine.normal(n), self.kind.uv(local), 0)
     }
 
@@ -120,8 +120,8 @@ impl<K: QuadricKind> ShapeModel for Clipped<K> {
     }
 
     fn sample_position(&self, u: DVec2) -> ShapeSample<PerArea> {
-        let (local, pdf) = self.kind.sample(u).expect("only a shape that can shine is drawn from");
-        self.drawn(local, self.world_pdf(local, pdf))
+        let (local, pdf) = self.kind.sample(u).expect("only shapes that can be area lights are sampled");
+        self.sample(local, self.world_pdf(local, pdf))
     }
 
     fn pdf_position(&self, surface: &Surface) -> PerArea {
@@ -137,21 +137,21 @@ impl<K: QuadricKind> SolidModel for Clipped<K> {
 
     fn cross(&self, line: &Line) -> Crossings {
         let local = self.affine.ray(&line.ray);
-        let Some([entry, exit]) = self.slab(&local) else { return Crossings::new() };
-        let on = |t: f64| Crossing::new(t, 0);
+        let Some([entry, exit]) = self.cross_box(&local) else { return Crossings::new() };
+        let crossing = |t: f64| Crossing::new(t, 0);
         let mut crossings = Crossings::new();
         let mut push = |from: f64, to: f64| {
-            let (from, to) = (on(from.max(entry.t)), on(to.min(exit.t)));
+            let (from, to) = (crossing(from.max(entry.t)), crossing(to.min(exit.t)));
             if from.t < to.t {
                 crossings.push(if from.t == entry.t { entry } else { from });
                 crossings.push(if to.t == exit.t { exit } else { to });
             }
         };
-        match self.form.within(&local, self.clip.centre()) {
-            Within::Nowhere => {}
-            Within::Everywhere => push(f64::NEG_INFINITY, f64::INFINITY),
-            Within::Between([from, to]) => push(from, to),
-            Within::Outside([to, from]) => {
+        match self.form.inside(&local, self.clip.centre()) {
+            InsideIntervals::None => {}
+            InsideIntervals::All => push(f64::NEG_INFINITY, f64::INFINITY),
+            InsideIntervals::Between([from, to]) => push(from, to),
+            InsideIntervals::Outside([to, from]) => {
                 push(f64::NEG_INFINITY, to);
                 push(from, f64::INFINITY);
             }

@@ -1,4 +1,4 @@
-//! Quadrics around the z axis: `x² + y² = c0 + c1 z + c2 z²` between two heights.
+//! Quadrics of revolution around the z axis: `x² + y² = c0 + c1 z + c2 z²` between two heights.
 
 use std::f64::consts::TAU;
 
@@ -7,16 +7,18 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 use super::{Canonical, QuadraticForm, QuadricKind};
 use crate::{
     math::{Aabb, Frame, PerArea},
-    scene_file::{Category, Param, ParamKind, Params, Plugin, Range, SceneError},
+    scene_file::{Category, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     shape::{FLIP_NORMALS, TO_WORLD},
 };
 
-/// The square of the radius at each height, where there is one, between two heights.
+/// The squared radius as a function of the height z.
 #[derive(Clone, Debug)]
 struct Profile {
+    /// `c0`, `c1` and `c2`.
     coefficients: [f64; 3],
+    /// The lower and the upper end of the surface.
     heights: [f64; 2],
-    /// The heights between which nothing is.
+    /// The heights between which the surface is empty.
     gap: [f64; 2],
 }
 
@@ -32,47 +34,48 @@ impl Profile {
 
     fn canonical<K>(self, to_shape: DAffine3, kind: impl FnOnce(Self) -> K) -> Canonical<K> {
         let [c0, c1, c2] = self.coefficients;
-        // Heights at which the radius can be greatest.
-        let summit = if c2 < 0.0 { -0.5 * c1 / c2 } else { self.heights[0] };
-        let candidates = [self.heights[0], self.heights[1], summit.clamp(self.heights[0], self.heights[1])];
+        // The radius is greatest at an end or at the vertex of the parabola.
+        let vertex = if c2 < 0.0 { -0.5 * c1 / c2 } else { self.heights[0] };
+        let candidates = [self.heights[0], self.heights[1], vertex.clamp(self.heights[0], self.heights[1])];
         let radius = candidates.map(|z| self.radius_squared(z).max(0.0)).into_iter().fold(0.0, f64::max).sqrt();
-        // A little more, so that the sides of the box do not clip.
+        // A slightly greater radius, so that the sides of the box do not clip the surface.
         let radius = DVec2::splat(radius * (1.0 + 1e-9));
         let clip = Aabb { min: (-radius).extend(self.heights[0]), max: radius.extend(self.heights[1]) };
         Canonical { form: QuadraticForm::revolved([c0, c1, c2]), clip, to_shape, kind: kind(self) }
     }
 
-    /// The azimuth as a fraction of a turn, and the height as one of the whole.
+    /// The azimuth as a fraction of a turn, and the height as a fraction of the distance between the ends.
     fn uv(&self, local: DVec3) -> DVec2 {
         let phi = local.y.atan2(local.x) / TAU;
         let [from, to] = self.heights;
         DVec2::new(if phi < 0.0 { phi + 1.0 } else { phi }, (local.z - from) / (to - from))
     }
 
-    fn span(&self) -> f64 {
+    /// The total height of the surface, without the gap.
+    fn total_height(&self) -> f64 {
         self.heights[1] - self.heights[0] - (self.gap[1] - self.gap[0])
     }
 
-    /// A point with uniform azimuth and height.
+    /// Samples a point with uniform azimuth and height.
     fn sample(&self, u: DVec2) -> (DVec3, PerArea) {
-        let below = self.heights[0] + u.y * self.span();
-        let z = if below < self.gap[0] { below } else { below + (self.gap[1] - self.gap[0]) };
+        let without_gap = self.heights[0] + u.y * self.total_height();
+        let z = if without_gap < self.gap[0] { without_gap } else { without_gap + (self.gap[1] - self.gap[0]) };
         let (sin, cos) = (TAU * u.x).sin_cos();
         let radius = self.radius_squared(z).max(0.0).sqrt();
         let local = DVec3::new(radius * cos, radius * sin, z);
         (local, self.pdf(local))
     }
 
-    /// An element of area is `sqrt(q + q'²/4) dφ dz` for a squared radius q.
+    /// The pdf of [`Profile::sample`]. The area element is `sqrt(q + q'²/4) dφ dz` for a squared radius q.
     fn pdf(&self, local: DVec3) -> PerArea {
         let [_, c1, c2] = self.coefficients;
         let half_slope = 0.5 * c1 + c2 * local.z;
         let stretch = (self.radius_squared(local.z).max(0.0) + half_slope * half_slope).sqrt();
-        PerArea(1.0 / (TAU * self.span() * stretch))
+        PerArea(1.0 / (TAU * self.total_height() * stretch))
     }
 }
 
-/// The kinds differ in their parameters alone.
+/// Implements [`QuadricKind`] for the plugins, which differ only in their parameters.
 macro_rules! by_profile {
     ($($Name:ident)*) => {$(
         impl QuadricKind for $Name {
@@ -100,24 +103,24 @@ macro_rules! by_profile {
 
 by_profile! { Cylinder Cone Paraboloid Hyperboloid }
 
-/// The mantle of a cylinder, without caps, normals outwards; an exact elliptic cylinder under any affine map. As an
-/// operand of a csg it is closed by flat caps.
+/// The lateral surface of a cylinder, without caps, with outward normals; an exact elliptic cylinder under any affine map.
+/// As an operand of a csg it is closed by flat caps.
 #[derive(Clone, Debug)]
 pub struct Cylinder(Profile);
 
-/// The mantle of a cone with its base in the plane `z = 0` and its apex above, normals outwards. As an operand of a csg
-/// it is closed by a flat base.
+/// The lateral surface of a cone with its base in the plane `z = 0` and its apex above, with outward normals. As an operand
+/// of a csg it is closed by a flat base.
 #[derive(Clone, Debug)]
 pub struct Cone(Profile);
 
-/// The bowl `x² + y² = radius² z / height` from its vertex at the origin up to a height, normals outwards: away from
-/// its focus, at the height `radius² / (4 height)`. As an operand of a csg it is filled to the brim.
+/// The paraboloid `x² + y² = radius² z / height` from its vertex at the origin up to `height`. The normals point outwards,
+/// away from the focus at the height `radius² / (4 height)`. As an operand of a csg it is closed by a flat disk at the rim.
 #[derive(Clone, Debug)]
 pub struct Paraboloid(Profile);
 
-/// The surface `(x² + y²) / radius² - z² / axis² = 1` of one sheet or `= -1` of two, between two heights, normals away
-/// from the z axis; those of two sheets point to the side of the other sheet. As an operand of a csg it is closed by
-/// flat caps.
+/// The hyperboloid `(x² + y²) / radius² - z² / axis² = 1` of one sheet, or `= -1` of two sheets, between two heights. The
+/// normals point away from the z axis; those of two sheets also point towards the other sheet. As an operand of a csg it
+/// is closed by flat caps.
 #[derive(Clone, Debug)]
 pub struct Hyperboloid(Profile);
 
@@ -126,11 +129,12 @@ const RADIUS: Param = Param::new("radius", ParamKind::Float, "1", "the radius").
 impl Cylinder {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("revolved.rs": "Cylinder"),
         name: "cylinder",
-        summary: "The mantle of a cylinder between two points, without caps.",
+        summary: "The lateral surface of a cylinder between two points, without caps.",
         params: &[
-            Param::new("p0", ParamKind::Point, "0, 0, 0", "the middle of one end"),
-            Param::new("p1", ParamKind::Point, "0, 0, 1", "the middle of the other end"),
+            Param::new("p0", ParamKind::Point, "0, 0, 0", "the centre of one end"),
+            Param::new("p1", ParamKind::Point, "0, 0, 1", "the centre of the other end"),
             RADIUS,
             TO_WORLD,
             FLIP_NORMALS,
@@ -155,7 +159,7 @@ impl Cylinder {
     }
 }
 
-/// A scaling by a radius across z and by a length along it.
+/// A scaling by `radius` in x and y and by `height` in z.
 fn scaling(radius: f64, height: f64) -> DAffine3 {
     DAffine3::from_scale(DVec3::new(radius, radius, height))
 }
@@ -163,11 +167,12 @@ fn scaling(radius: f64, height: f64) -> DAffine3 {
 impl Cone {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("revolved.rs": "Cone"),
         name: "cone",
-        summary: "The mantle of a cone from its base at z = 0 up to its apex, without the base.",
+        summary: "The lateral surface of a cone from its base at z = 0 up to its apex, without the base.",
         params: &[
-            Param::new("radius", ParamKind::Float, "1", "the radius of its base").within(Range::LENGTH),
-            Param::new("height", ParamKind::Float, "1", "the height of its apex").within(Range::LENGTH),
+            Param::new("radius", ParamKind::Float, "1", "the radius of the base").within(Range::LENGTH),
+            Param::new("height", ParamKind::Float, "1", "the height of the apex").within(Range::LENGTH),
             TO_WORLD,
             FLIP_NORMALS,
         ],
@@ -188,11 +193,12 @@ impl Cone {
 impl Paraboloid {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("revolved.rs": "Paraboloid"),
         name: "paraboloid",
-        summary: "A bowl from its vertex at the origin up to its rim.",
+        summary: "A paraboloid of revolution from its vertex at the origin up to its rim.",
         params: &[
-            Param::new("radius", ParamKind::Float, "1", "the radius of its rim").within(Range::LENGTH),
-            Param::new("height", ParamKind::Float, "1", "the height of its rim").within(Range::LENGTH),
+            Param::new("radius", ParamKind::Float, "1", "the radius of the rim").within(Range::LENGTH),
+            Param::new("height", ParamKind::Float, "1", "the height of the rim").within(Range::LENGTH),
             TO_WORLD,
             FLIP_NORMALS,
         ],
@@ -213,21 +219,31 @@ impl Paraboloid {
 impl Hyperboloid {
     const PLUGIN: Plugin = Plugin {
         category: Category::Shape,
+        manual: manual!("revolved.rs": "Hyperboloid"),
         name: "hyperboloid",
-        summary: "A hyperboloid of one sheet or two between two heights.",
+        summary: "A hyperboloid of revolution of one or two sheets between two heights.",
         params: &[
-            Param::new("radius", ParamKind::Float, "1", "half the axis across: of one sheet, the radius of the waist")
-                .within(Range::LENGTH),
+            Param::new(
+                "radius",
+                ParamKind::Float,
+                "1",
+                "the semi-axis in x and y; with one sheet, the radius of the waist",
+            )
+            .within(Range::LENGTH),
             Param::new(
                 "axis",
                 ParamKind::Float,
                 "1",
-                "half the axis along z: of two sheets, the height of the vertices",
+                "the semi-axis along z; with two sheets, the height of the vertices",
             )
             .within(Range::LENGTH),
-            Param::new("z_min", ParamKind::Float, "-1", "the lower end"),
-            Param::new("z_max", ParamKind::Float, "1", "the upper end"),
-            Param::new("sheets", ParamKind::Integer, "1", "1 or 2").within(Range { min: 1.0, max: 2.0, open: false }),
+            Param::new("z_min", ParamKind::Float, "-1", "the height of the lower end"),
+            Param::new("z_max", ParamKind::Float, "1", "the height of the upper end"),
+            Param::new("sheets", ParamKind::Integer, "1", "the number of sheets, 1 or 2").within(Range {
+                min: 1.0,
+                max: 2.0,
+                open: false,
+            }),
             TO_WORLD,
             FLIP_NORMALS,
         ],
@@ -253,10 +269,10 @@ impl Hyperboloid {
         }
         if heights[0] >= -1.0 && heights[1] <= 1.0 {
             let error =
-                params.error("z_max", format!("both sheets lie beyond z_min and z_max: their vertices are at ±{axis}"));
+                params.error("z_max", format!("both sheets lie outside z_min to z_max: their vertices are at ±{axis}"));
             return Err(error.hint("give z_min below -axis or z_max above axis"));
         }
-        // Between the vertices there is nothing.
+        // The surface is empty between the vertices.
         let heights = [
             if heights[0] >= -1.0 { heights[0].max(1.0) } else { heights[0] },
             if heights[1] <= 1.0 { heights[1].min(-1.0) } else { heights[1] },

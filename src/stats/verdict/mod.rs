@@ -1,147 +1,151 @@
-//! The verdict on "ours equals the reference", from two images reduced to tiles.
+//! The verdict whether an image equals its reference, from two images reduced to tiles.
 //!
-//! Three statistics share the level α by Bonferroni, a third each, because each sees what the others miss:
+//! Three statistics share the level α by Bonferroni, a third each. Each detects errors that the others miss:
 //!
-//! - **global**: the three channel means of the whole image, Welch each, Šidák over 3. Sees a small bias everywhere.
-//! - **peak**: the largest |t| over tiles × channels, as the smallest p, Šidák over their number. Sees a local error.
-//! - **scatter**: Σz² over tile luminances against χ². Each z has the p of its tile's Welch t, so that few degrees of
-//!   freedom do not inflate it. Sees many small errors that cancel in the mean.
+//! - **global**: Welch's test of each of the three channel means of the image, Šidák-corrected over 3. It detects a
+//!   small bias everywhere.
+//! - **peak**: the smallest p over tiles × channels, Šidák-corrected over their number. It detects a local error.
+//! - **scatter**: a chi-square test of Σz² over tile luminances. Each z is the z-score with the p of its tile's Welch
+//!   test, so few degrees of freedom do not inflate it. It detects many small errors that cancel in the mean.
 //!
-//! The scatter assumes that tiles are independent of each other. Paths traced pixel by pixel are; photons that are shared
-//! by many pixels, and chains of mutations, are not.
+//! The scatter test assumes independent tiles. They are independent for paths traced pixel by pixel, but not for
+//! photons shared by many pixels or for Markov chains.
 //!
-//! Pixels that both sides know exactly (emitters seen directly, the background) must not be among the tiles: there
-//! round-off is significant, and t tests reject on it. They go to a [`DeterministicCheck`].
+//! Pixels that both sides know exactly (directly visible emitters, the background) must be masked out of the tiles,
+//! because t tests reject their round-off errors. A [`DeterministicCheck`] compares them instead.
 //!
-//! Skew on one side only is the trap. Between two runs of one renderer it cancels in the difference, so an A/A calibration
-//! looks honest however skewed the noise; against another estimator it does not, and the peak, far in the tail, is the
-//! first to suffer. By simulation of right images at α = 1 %, where our side is skewed and the reference is not: a
-//! skewness of the tile means (of a sub-render's, over √K) of 0.09 rejects 1 %, 0.12 to 0.25 rejects 1.5 to 3 %, and
-//! 0.4 to 0.8 rejects 5 to 14 %. Take larger tiles or more samples until it is below 0.1.
+//! Skewed noise on one side inflates the false rejection rate. Between two runs of the same renderer, skewness cancels
+//! in the difference, so an A/A calibration does not reveal it. Between different estimators it does not cancel, and
+//! affects mostly the peak test, which depends on the far tail. In simulations of equal images at α = 1 %, with our
+//! side skewed and the reference symmetric, the rejection rate is 1 % at a skewness of the tile means (that of a
+//! sub-render over √K) of 0.09, 1.5 to 3 % at 0.12 to 0.25, and 5 to 14 % at 0.4 to 0.8. Use larger tiles or more
+//! samples until the skewness is below 0.1.
 //!
-//! Agreement is only worth what it could have excluded, so it needs power: see [`Outcome::Undecided`].
+//! Agreement also requires enough power: see [`Outcome::Undecided`].
 
 use super::{Chi2, Estimate, TiledMeans, Welch, multiple, normal, power};
 use serde::{Deserialize, Serialize};
 
-/// The levels and the ambition of a verdict.
+/// The significance level and the required power of a verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct VerdictConfig {
-    /// The chance of rejecting an image that is right, all statistics together, in (0, 1).
+    /// The probability of rejecting a correct image, over all statistics together, in (0, 1).
     pub alpha: f64,
-    /// The relative bias of a channel mean that must not pass unseen, above 0.
+    /// The relative bias of a channel mean that must be detectable, above 0.
     pub target_bias: f64,
-    /// How surely that bias must be seen, in (0.5, 1).
+    /// The probability with which that bias must be detected, in (0.5, 1).
     pub power: f64,
 }
 
 impl Default for VerdictConfig {
-    /// One false alarm in a hundred; half a percent of bias, seen 99 times in a hundred.
+    /// A false rejection rate of 1 %, and a power of 99 % to detect a bias of 0.5 %.
     fn default() -> Self {
         Self { alpha: 0.01, target_bias: 0.005, power: 0.99 }
     }
 }
 
-/// What the evidence says.
+/// The outcome of a comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Outcome {
-    /// Nothing rejects, and a bias of the target size in any lit channel would have been seen.
+    /// No statistic rejects, and a bias of the target size would have been detected in every channel whose reference is
+    /// not black.
     Agrees,
-    /// At least one statistic, or the deterministic pixels, reject equality.
+    /// At least one statistic or the deterministic pixels reject equality.
     Differs,
-    /// Nothing rejects, but a bias of the target size in some channel might have passed unseen.
+    /// No statistic rejects, but a bias of the target size in some channel might not have been detected.
     Undecided {
-        /// How many times as many samples our side needs so that it would not, with the same number of sub-renders (to
-        /// 1 %); `None` when the reference's own error hides the target bias however good our side is.
+        /// The factor on our side's samples, to 1 %, that makes the target bias detectable with the same number of
+        /// sub-renders. `None` if the reference's own error prevents that.
         needed_factor: Option<f64>,
     },
 }
 
-/// Global channel means.
+/// The test of the global channel means.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct GlobalTest {
-    /// Red, green and blue, ours minus reference.
+    /// Red, green and blue, ours minus the reference.
     pub channels: [Welch; 3],
-    /// The differences relative to the reference; `None` in a channel whose reference is black.
+    /// The differences relative to the reference; `None` for a channel whose reference is black.
     pub relative_difference: [Option<f64>; 3],
-    /// The relative bias that each channel's test at its Šidák level finds with the configured power; `None` as above.
+    /// The relative bias that each channel's test at its Šidák level detects with the configured power; `None` for a
+    /// channel whose reference is black.
     pub detectable_bias: [Option<f64>; 3],
-    /// The largest of those: the figure held against the target, because a wrong channel is a wrong image. `None` when
-    /// the whole reference is black.
+    /// The largest of those, which is compared with the target bias. `None` if the entire reference is black.
     pub worst_detectable_bias: Option<f64>,
-    /// The smallest p, Šidák over the three.
+    /// The smallest p, Šidák-corrected over the three channels.
     pub p: f64,
-    /// Rejects at or below this p.
+    /// The test rejects at or below this p.
     pub level: f64,
 }
 
-/// The worst tile and channel.
+/// The test of the worst tile and channel.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PeakTest {
-    /// How many tests there were: tiles × channels, less those where both sides are exact and equal.
+    /// The number of tests: tiles × channels, without those where both sides are exact and equal.
     pub tests: usize,
     /// The tile of the smallest p and its channel (0 red, 1 green, 2 blue); `None` without tests.
     pub tile_and_channel: Option<(usize, usize)>,
-    /// The smallest p as it came.
+    /// The smallest p, uncorrected.
     pub smallest_p: f64,
-    /// The smallest p, Šidák over `tests`.
+    /// The smallest p, Šidák-corrected over `tests`.
     pub p: f64,
-    /// Rejects at or below this p.
+    /// The test rejects at or below this p.
     pub level: f64,
 }
 
-/// The scatter of all tile luminances.
+/// The test of the scatter of all tile luminances.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ScatterTest {
-    /// Σz² over the tiles, less those where both sides are exact and equal.
+    /// The test of Σz² over the tiles, without those where both sides are exact and equal.
     pub chi2: Chi2,
-    /// Rejects at or below this p.
+    /// The test rejects at or below this p.
     pub level: f64,
 }
 
-/// One tile of the comparison.
+/// The comparison of one tile.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TileComparison {
     /// Red, green and blue.
     pub channels: [Welch; 3],
-    /// Luminance: its p is uniform over tiles when the images agree, so this is the one for a map or a histogram.
+    /// The test of the luminance. Its p is uniform over tiles if the images are equal, so maps and histograms use it.
     pub luminance: Welch,
     /// The signed z score with the p of the luminance, within ±37.5.
     pub z: f64,
-    /// The smallest p of the channels, Šidák over those that test anything.
+    /// The smallest p of the channels, Šidák-corrected over those that are not vacuous.
     pub p: f64,
 }
 
-/// The verdict with every number behind it. Indices of tiles count row by row.
+/// A verdict with all its statistics. Tiles are indexed row by row.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// What the evidence says.
+    /// The outcome.
     pub outcome: Outcome,
-    /// The smallest p of the three statistics, Bonferroni over them: they reject when it is at or below α.
+    /// The smallest p of the three statistics, Bonferroni-corrected: they reject if it is at most α.
     pub p: f64,
-    /// The global channel means.
+    /// The test of the global channel means.
     pub global: GlobalTest,
-    /// The worst tile.
+    /// The test of the worst tile.
     pub peak: PeakTest,
-    /// The tiles together.
+    /// The test of the scatter of all tiles.
     pub scatter: ScatterTest,
-    /// The pixels without noise, when there were any.
+    /// The check of the pixels without noise, if there are any.
     pub deterministic: Option<DeterministicCheck>,
-    /// Tiles across.
+    /// The number of columns of tiles.
     pub columns: usize,
-    /// Tiles down.
+    /// The number of rows of tiles.
     pub rows: usize,
-    /// How many tiles are not masked out.
+    /// The number of tiles that are not masked out.
     pub tiles_compared: usize,
-    /// Each tile; `None` where it is masked out.
+    /// The comparison of each tile; `None` if it is masked out.
     pub tiles: Vec<Option<TileComparison>>,
-    /// Tiles whose p is rejected by Benjamini and Hochberg at rate α: where to look. They do not enter the outcome.
+    /// The tiles that Benjamini and Hochberg's procedure rejects at rate α. They locate errors but do not affect the
+    /// outcome.
     pub localised: Vec<usize>,
-    /// The levels that were used.
+    /// The configuration.
     pub config: VerdictConfig,
 }
 
-/// Why two sides cannot be compared.
+/// The reason why two sides cannot be compared.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum VerdictError {
     /// The grids of tiles have different shapes.
@@ -152,7 +156,7 @@ pub enum VerdictError {
         /// The reference's.
         reference: (usize, usize),
     },
-    /// A tile is masked out on one side only: the masks were not shared, or one renderer made a NaN.
+    /// A tile is masked out on one side only: the masks differ, or one renderer produced a NaN.
     #[error("tile ({column}, {row}) is masked out on one side only")]
     MasksDiffer {
         /// The first such tile.
@@ -160,7 +164,7 @@ pub enum VerdictError {
         /// The first such tile.
         row: usize,
     },
-    /// Every tile is masked out, and there are no deterministic pixels either.
+    /// Every tile is masked out, and there are no deterministic pixels.
     #[error("every tile is masked out and no pixel is deterministic: nothing was compared")]
     NothingCompared,
 }
@@ -168,11 +172,11 @@ pub enum VerdictError {
 impl Verdict {
     /// Compares two sides on the same grid with the same mask.
     ///
-    /// A tile where both sides are exact and equal is not a test and is not counted; where they are exact and different it
-    /// rejects with p = 0. The masks must be chosen without looking at the difference.
+    /// A tile where both sides are exact and equal does not count as a test. A tile where they are exact and different
+    /// rejects with p = 0. The masks must be chosen independently of the difference.
     ///
     /// # Errors
-    /// If grids or masks differ, or nothing would be compared.
+    /// If grids or masks differ, or nothing is compared.
     pub fn compare(
         ours: &TiledMeans,
         reference: &TiledMeans,
@@ -215,13 +219,13 @@ impl Verdict {
     }
 }
 
-/// Every tile that is used on both sides.
+/// Compares every tile that is used on both sides.
 fn compare_tiles(ours: &TiledMeans, reference: &TiledMeans) -> Result<Vec<Option<TileComparison>>, VerdictError> {
     let grid = |side: &TiledMeans| (side.columns, side.rows);
     if grid(ours) != grid(reference) {
         return Err(VerdictError::GridsDiffer { ours: grid(ours), reference: grid(reference) });
     }
-    let one = |tile: usize| match (
+    let comparison = |tile: usize| match (
         ours.tiles[tile].zip(ours.luminance[tile]),
         reference.tiles[tile].zip(reference.luminance[tile]),
     ) {
@@ -229,7 +233,7 @@ fn compare_tiles(ours: &TiledMeans, reference: &TiledMeans) -> Result<Vec<Option
         (None, None) => Ok(None),
         _ => Err(VerdictError::MasksDiffer { column: tile % ours.columns, row: tile / ours.columns }),
     };
-    (0..ours.tiles.len()).map(one).collect()
+    (0..ours.tiles.len()).map(comparison).collect()
 }
 
 impl TileComparison {
@@ -281,7 +285,7 @@ impl PeakTest {
         let smallest_p = smallest.map_or(1.0, |(_, p)| p);
         Self {
             tests,
-            tile_and_channel: smallest.map(|(place, _)| place),
+            tile_and_channel: smallest.map(|(location, _)| location),
             smallest_p,
             p: multiple::sidak_p(smallest_p, tests),
             level,
@@ -304,13 +308,13 @@ fn localise(tiles: &[Option<TileComparison>], rate: f64) -> Vec<usize> {
     index.into_iter().zip(rejected).filter_map(|(tile, rejected)| rejected.then_some(tile)).collect()
 }
 
-/// With so many times the samples our side might as well be exact.
+/// The factor on our side's samples that makes it practically exact.
 const AS_GOOD_AS_EXACT: f64 = 1e6;
 
-/// How many times as many samples bring the worst detectable bias down to the target; `None` when none do.
+/// The factor on our side's samples that reduces the worst detectable bias to the target; `None` if no factor does.
 ///
-/// The variance of our means falls with the samples; the degrees of freedom of a side stay, those of the difference
-/// move towards the reference's.
+/// The variance of our means falls with the number of samples. The degrees of freedom of a side stay the same, and
+/// those of the difference approach the reference's.
 fn needed_factor(ours: &[Estimate; 3], reference: &[Estimate; 3], level: f64, config: &VerdictConfig) -> Option<f64> {
     let suffices = |factor: f64| {
         let better = ours.map(|side| Estimate { variance_of_mean: side.variance_of_mean / factor, ..side });
@@ -332,33 +336,34 @@ fn needed_factor(ours: &[Estimate; 3], reference: &[Estimate; 3], level: f64, co
     Some(high)
 }
 
-/// A comparison, to a tolerance, of pixels that neither side estimates.
+/// A comparison, by a tolerance, of pixels that neither side estimates.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct DeterministicCheck {
-    /// How many values were compared.
+    /// The number of compared values.
     pub compared: usize,
-    /// The largest relative difference that is not put down to noise.
+    /// The largest relative difference that noise does not explain.
     #[serde(with = "super::float")]
     pub worst_relative: f64,
-    /// The largest one allowed.
+    /// The largest allowed relative difference.
     pub tolerance: f64,
-    /// Whether the worst is within the tolerance.
+    /// Whether the largest difference is within the tolerance.
     pub passed: bool,
 }
 
 impl DeterministicCheck {
-    /// The usual tolerance, a relative 1e-4: f32 films and different orders of evaluation pass, a wrong emitter does not.
+    /// The default relative tolerance. It allows for f32 films and different orders of evaluation, but not for a wrong
+    /// emitter.
     pub const TOLERANCE: f64 = 1e-4;
-    /// Values below this part of the largest one in either image are compared as if they were that large, so
-    /// that the dust in a black pixel is not divided by 0.
+    /// The minimum denominator of a relative difference, as a fraction of the largest value in either image, so that
+    /// round-off errors in black pixels do not count.
     pub const FLOOR: f64 = 1e-6;
 
-    /// A difference that is more likely than this by what noise there is left does not count. Of all values of an
-    /// image, some 1e5, noise alone then lets one fail in a thousand images.
+    /// A difference whose p under the remaining noise is at least this does not count. With about 1e5 values per image,
+    /// noise alone fails one image in a thousand.
     const NOISE_LEVEL: f64 = 1e-8;
 
     /// Compares values pairwise: |a - b| / max(|b|, [`FLOOR`](Self::FLOOR) × the largest value of either side), unless
-    /// Welch's test puts the difference down to noise. A NaN or an infinity on either side fails.
+    /// Welch's test attributes the difference to noise. A NaN or an infinity on either side fails.
     ///
     /// # Panics
     /// If the lengths differ, or a side of non-zero variance has no degrees of freedom.

@@ -5,9 +5,9 @@ use super::*;
 /// A synthetic renderer: 8 × 8 tiles, smooth radiance, partly correlated channels.
 #[derive(Clone, Copy)]
 struct Scene {
-    /// One variate of mean 0 for each pixel.
+    /// A random variate of mean 0 for each pixel.
     noise: fn(&mut Draws) -> f64,
-    /// Relative deviation of a pixel of a sub-render.
+    /// The relative standard deviation of a pixel of a sub-render.
     deviation: f64,
     pixels_per_tile: u32,
     /// Factor on every radiance.
@@ -42,7 +42,7 @@ fn compare(ours: &TiledMeans, reference: &TiledMeans) -> Verdict {
     Verdict::compare(ours, reference, None, &VerdictConfig::default()).unwrap()
 }
 
-/// `count` verdicts of `ours` against `reference`, with this many sub-renders each.
+/// `count` verdicts of `ours` against `reference`, each with its number of sub-renders.
 fn verdicts(seed: u64, count: usize, ours: (Scene, usize), reference: (Scene, usize)) -> Vec<Verdict> {
     let mut draws = Draws::new(seed);
     let mut one = || {
@@ -71,7 +71,7 @@ fn one_tile(ours: Estimate, reference: Estimate) -> (TiledMeans, TiledMeans) {
 fn equal_renders_are_rejected_no_more_often_than_alpha() {
     let scenes = [("gaussian", GAUSSIAN), ("exponential", EXPONENTIAL), ("log-normal", LOGNORMAL)];
     for (seed, (name, scene)) in (10..).zip(scenes) {
-        // Four sub-renders are too few for much power, but not for an honest level.
+        // With four sub-renders the power is low, but the level must hold.
         for batches in [4, 16, 32] {
             let found = rejections(&verdicts(seed, 400, (scene, batches), (scene, batches)));
             println!("A/A {name}, K = {batches}: {found} of 400");
@@ -81,8 +81,8 @@ fn equal_renders_are_rejected_no_more_often_than_alpha() {
 }
 
 #[test]
-fn another_estimator_of_the_same_image_is_not_rejected() {
-    // Twice the deviation on our side and skew on one only, as when a path tracer meets a light tracer.
+fn a_different_estimator_of_the_same_image_is_not_rejected() {
+    // Our side has twice the deviation and skewed noise, as in a comparison of a light tracer with a path tracer.
     let noisy = Scene { deviation: 0.6, pixels_per_tile: 16, ..EXPONENTIAL };
     let found = rejections(&verdicts(20, 400, (noisy, 32), (GAUSSIAN, 16)));
     println!("A/B: {found} of 400");
@@ -90,7 +90,7 @@ fn another_estimator_of_the_same_image_is_not_rejected() {
 }
 
 #[test]
-fn every_statistic_is_uniform_when_the_images_agree() {
+fn p_values_are_uniform_if_the_images_are_equal() {
     let verdicts = verdicts(21, 600, (GAUSSIAN, 32), (GAUSSIAN, 32));
     let scatter: Vec<f64> = verdicts.iter().map(|v| v.scatter.chi2.p).collect();
     let tiles: Vec<f64> = verdicts.iter().flat_map(|v| v.tiles.iter().flatten().map(|tile| tile.luminance.p)).collect();
@@ -99,7 +99,8 @@ fn every_statistic_is_uniform_when_the_images_agree() {
         println!("uniformity of {name}: {ks:?}");
         assert!(ks.p > 0.01, "{name}: {ks:?}");
     }
-    // The channels are correlated, so Šidák is cautious for these two: small p no more often than they say.
+    // The channels are correlated, so Šidák's correction is conservative for these two: a small p is at most as
+    // frequent as stated.
     let global: Vec<f64> = verdicts.iter().map(|v| v.global.p).collect();
     let peak: Vec<f64> = verdicts.iter().map(|v| v.peak.p).collect();
     for (name, p) in [("global", global), ("peak", peak)] {
@@ -111,13 +112,13 @@ fn every_statistic_is_uniform_when_the_images_agree() {
 }
 
 #[test]
-fn a_bias_of_the_target_size_is_found_as_often_as_promised() {
-    // Enough sub-renders that half a percent lies exactly at the edge of what is detectable.
+fn a_bias_of_the_target_size_is_detected_with_the_configured_power() {
+    // The deviation is chosen so that half a percent is exactly the detectable bias.
     let (mut draws, config) = (Draws::new(22), VerdictConfig::default());
     let coarse = Scene { pixels_per_tile: 1, ..LOGNORMAL };
     let (ours, reference) = (coarse.render(1000, &mut draws), coarse.render(1000, &mut draws));
-    let seen = compare(&ours, &reference).global.worst_detectable_bias.unwrap() * 10.0_f64.sqrt();
-    let scene = Scene { deviation: coarse.deviation * config.target_bias / seen, ..coarse };
+    let detectable = compare(&ours, &reference).global.worst_detectable_bias.unwrap() * 10.0_f64.sqrt();
+    let scene = Scene { deviation: coarse.deviation * config.target_bias / detectable, ..coarse };
     let biased = Scene { gain: 1.0 + config.target_bias, ..scene };
     let verdicts = verdicts(23, 200, (biased, 100), (scene, 100));
     let worst: f64 = verdicts.iter().map(|v| v.global.worst_detectable_bias.unwrap()).sum::<f64>() / 200.0;
@@ -126,7 +127,7 @@ fn a_bias_of_the_target_size_is_found_as_often_as_promised() {
     println!("+0.5 %: {found} of 200, detectable {worst}");
     assert!(binomial::at_most_p(found, 200, config.power) > 0.005, "{found} of 200");
 
-    // The noise is the same for all pairs, so the red channel is always the worst; it alone finds it too.
+    // The noise is the same for all pairs, so the red channel is always the worst. It alone also detects the bias.
     let red = |v: &&Verdict| v.global.channels[0].p <= multiple::sidak_level(v.global.level, 3);
     let found = verdicts.iter().filter(red).count() as u64;
     println!("+0.5 %, red alone: {found} of 200");
@@ -135,7 +136,7 @@ fn a_bias_of_the_target_size_is_found_as_often_as_promised() {
 
 #[test]
 fn a_brighter_tile_is_found_and_located() {
-    // Tile means known to 0.6 % each side: 5 % is six standard errors of the difference.
+    // Tile means have a standard error of 0.6 % on each side: 5 % is six standard errors of the difference.
     let scene = Scene { deviation: 0.02, ..EXPONENTIAL };
     let bright = Scene { tile_gain: 1.05, ..scene };
     let verdicts = verdicts(24, 100, (bright, 16), (scene, 16));
@@ -149,7 +150,7 @@ fn a_brighter_tile_is_found_and_located() {
 
 #[test]
 fn errors_that_cancel_are_found_by_the_scatter() {
-    // Every tile off by ±2 standard errors: no tile stands out, the mean is right.
+    // Every tile is off by ±2 standard errors: no single tile is significant, and the mean is correct.
     let estimate = |mean| Estimate { mean, variance_of_mean: 1e-4, dof: 31.0 };
     let side = |means: &dyn Fn(usize) -> f64| TiledMeans {
         columns: 8,
@@ -167,7 +168,7 @@ fn errors_that_cancel_are_found_by_the_scatter() {
 }
 
 #[test]
-fn a_z_score_has_the_p_of_its_t() {
+fn a_z_score_has_the_p_of_its_t_value() {
     let known = |mean, dof| Estimate { mean, variance_of_mean: 0.5, dof };
     let (ours, reference) = one_tile(known(1.0, 3.0), known(4.0, 3.0));
     let tile = compare(&ours, &reference).tiles[0].unwrap();
@@ -184,7 +185,7 @@ fn without_power_there_is_no_agreement() {
     let Outcome::Undecided { needed_factor: Some(factor) } = verdict.outcome else {
         panic!("{:?}", verdict.outcome);
     };
-    // With that many more samples it is decided, with a tenth less it is not.
+    // The factor makes the bias detectable; 0.9 times the factor does not.
     let with = |factor: f64| {
         let mut better = ours.clone();
         better.global.iter_mut().for_each(|side| side.variance_of_mean /= factor);
@@ -192,7 +193,7 @@ fn without_power_there_is_no_agreement() {
     };
     assert!(factor > 1.0 && with(factor) <= 0.005 && with(0.9 * factor) > 0.005, "{factor}");
 
-    // Against a reference that is as noisy as ours was, no effort of ours is enough.
+    // With a reference as noisy as our side was, no number of samples is enough.
     let verdict = compare(&scene.render(160, &mut draws), &ours);
     assert_eq!(verdict.outcome, Outcome::Undecided { needed_factor: None });
 }
@@ -207,7 +208,7 @@ fn enough_samples_agree() {
 }
 
 #[test]
-fn exact_tiles_are_ignored_when_equal_and_rejected_when_not() {
+fn exact_tiles_are_ignored_if_equal_and_rejected_if_different() {
     let exact = Estimate::exact;
     let (ours, reference) = one_tile(exact(1.0), exact(1.0));
     let same = compare(&ours, &reference);
@@ -228,25 +229,25 @@ fn a_black_channel_needs_no_power() {
     }
     let verdict = compare(&ours, &reference);
     assert_eq!((verdict.outcome, verdict.global.detectable_bias[2]), (Outcome::Agrees, None));
-    // The middle channel is known ten times worse: it is the one that decides.
+    // The green channel has ten times the standard error, so it decides.
     ours.global[1].variance_of_mean = 1e-5;
     assert!(matches!(compare(&ours, &reference).outcome, Outcome::Undecided { .. }));
 }
 
 #[test]
-fn what_cannot_be_compared_is_refused() {
-    let refused = |ours: &TiledMeans, reference: &TiledMeans| {
+fn incomparable_sides_are_errors() {
+    let error_of = |ours: &TiledMeans, reference: &TiledMeans| {
         Verdict::compare(ours, reference, None, &VerdictConfig::default()).unwrap_err()
     };
     let (ours, reference) = one_tile(Estimate::exact(1.0), Estimate::exact(1.0));
     let mut masked = ours.clone();
     (masked.tiles[0], masked.luminance[0]) = (None, None);
-    assert_eq!(refused(&masked, &reference), VerdictError::MasksDiffer { column: 0, row: 0 });
-    assert_eq!(refused(&masked, &masked), VerdictError::NothingCompared);
+    assert_eq!(error_of(&masked, &reference), VerdictError::MasksDiffer { column: 0, row: 0 });
+    assert_eq!(error_of(&masked, &masked), VerdictError::NothingCompared);
     let wider = TiledMeans { columns: 2, ..ours.clone() };
-    let error = refused(&wider, &reference).to_string();
+    let error = error_of(&wider, &reference).to_string();
     assert_eq!(error, "our image has (2, 1) tiles (columns, rows), the reference has (1, 1)");
-    // Deterministic pixels alone are a comparison.
+    // Deterministic pixels alone can be compared.
     let check = Some(DeterministicCheck::compare(
         &[Estimate::exact(1.0)],
         &[Estimate::exact(1.0)],
@@ -257,7 +258,7 @@ fn what_cannot_be_compared_is_refused() {
 }
 
 #[test]
-fn deterministic_pixels_join_the_verdict() {
+fn deterministic_pixels_affect_the_verdict() {
     let exact = |values: &[f64]| values.iter().map(|x| Estimate::exact(*x)).collect::<Vec<_>>();
     let check = |ours: &[f64], reference: &[f64]| {
         DeterministicCheck::compare(&exact(ours), &exact(reference), DeterministicCheck::TOLERANCE)
@@ -275,10 +276,11 @@ fn deterministic_pixels_join_the_verdict() {
 }
 
 #[test]
-fn what_noise_there_is_left_does_not_fail_exact_values() {
+fn remaining_noise_does_not_fail_the_deterministic_check() {
     let noisy = |mean, std_error: f64, dof| Estimate { mean, variance_of_mean: std_error * std_error, dof };
     let check = |ours, reference| DeterministicCheck::compare(&[ours], &[reference], DeterministicCheck::TOLERANCE);
-    // Four standard errors of either side, far outside of the tolerance; forty are not noise, unless hardly known.
+    // Four standard errors pass although they exceed the tolerance. Forty fail unless the variance has few degrees of
+    // freedom.
     for (ours, reference) in
         [(noisy(1.004, 1e-3, 31.0), Estimate::exact(1.0)), (Estimate::exact(1.004), noisy(1.0, 1e-3, 31.0))]
     {
@@ -295,6 +297,6 @@ fn round_trips_through_json() {
     let verdict = &verdicts(27, 1, (EXPONENTIAL, 16), (EXPONENTIAL, 16))[0];
     let read: Verdict = serde_json::from_str(&serde_json::to_string(verdict).unwrap()).unwrap();
     assert_eq!((read.peak.tile_and_channel, read.tiles.len()), (verdict.peak.tile_and_channel, 64));
-    // serde_json reads a decimal to the last bit only with its feature `float_roundtrip`.
+    // serde_json parses decimals exactly only with its feature `float_roundtrip`.
     assert!((read.scatter.chi2.p / verdict.scatter.chi2.p - 1.0).abs() < 1e-15);
 }

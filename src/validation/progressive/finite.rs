@@ -15,7 +15,10 @@ use crate::{
     validation::{
         setup::{PixelCentres, ground, renderer},
         slope::{Point, slope},
-        theory::density::{Photons, Prediction, point_light},
+        theory::{
+            density::{Photons, Prediction, point_light},
+            numeric::Interpolant,
+        },
     },
 };
 
@@ -101,36 +104,25 @@ fn truth() -> f64 {
 /// What an estimate with a radius has for moments, for any square of the radius up to that of the first pass.
 struct Blur {
     photons: u32,
-    /// At squares of radii over the first, the mean and the square of the radius times the mean of K² E: both smooth.
-    nodes: Vec<(f64, [f64; 2])>,
+    /// By squares of radii over the first, the mean and the square of the radius times the mean of K² E: both smooth.
+    moments: Interpolant<2>,
 }
 
 impl Blur {
-    /// Chebyshev's points, where polynomials through values of a smooth function converge like a geometric series.
-    const NODES: u32 = 14;
     const POWER: f64 = 4.0 * PI * INTENSITY;
 
     fn new(kernel: Kernel, photons: u32) -> Self {
-        let node = |i: u32| {
-            let squared = 0.5 - 0.5 * (PI * (f64::from(i) + 0.5) / f64::from(Self::NODES)).cos();
+        let moments = |squared: f64| {
             let floor = Photons { irradiance: point_light(INTENSITY, HEIGHT), power: Self::POWER, count: photons };
             let found = floor.within(kernel, PLACE, RADIUS * squared.sqrt());
             let square = f64::from(photons) * found.variance + found.mean * found.mean;
-            (squared, [found.mean, squared * square])
+            [found.mean, squared * square]
         };
-        Self { photons, nodes: (0..Self::NODES).map(node).collect() }
+        Self { photons, moments: Interpolant::new(moments, [0.0, 1.0], 14) }
     }
 
     fn at(&self, squared: f64) -> Prediction {
-        // Berrut and Trefethen 2004, "Barycentric Lagrange Interpolation", eq. (4.2) and (5.3).
-        let (mut sums, mut total) = ([0.0; 2], 0.0);
-        for (i, (node, values)) in self.nodes.iter().enumerate() {
-            let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
-            let weight = sign * (node * (1.0 - node)).sqrt() / (squared - node);
-            total += weight;
-            (0..2).for_each(|which| sums[which] += weight * values[which]);
-        }
-        let [mean, square] = sums.map(|sum| sum / total);
+        let [mean, square] = self.moments.at(squared);
         Prediction { mean, variance: (square / squared - mean * mean) / f64::from(self.photons) }
     }
 

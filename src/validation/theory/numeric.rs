@@ -1,4 +1,6 @@
-//! Integrals and roots of functions of one variable.
+//! Integrals, roots and interpolation of functions of one variable.
+
+use std::f64::consts::PI;
 
 /// The relative error at which an integral is done, by an estimate that is far too large for smooth functions.
 const ACCURACY: f64 = 1e-10;
@@ -102,6 +104,46 @@ pub fn root(f: impl Fn(f64) -> f64, [a, b]: [f64; 2]) -> Option<f64> {
     ((f(a) > 0.0) != (f(b) > 0.0)).then(|| bisect(f, [a, b]))
 }
 
+/// The polynomials through the values of smooth functions at Chebyshev's points of an interval, which converge like a
+/// geometric series. Berrut and Trefethen 2004, "Barycentric Lagrange Interpolation", eq. (4.2) and (5.3).
+#[derive(Clone, Debug)]
+pub struct Interpolant<const N: usize> {
+    ends: [f64; 2],
+    /// Places with the values there.
+    nodes: Vec<(f64, [f64; N])>,
+}
+
+impl<const N: usize> Interpolant<N> {
+    /// Evaluates the functions at a number of places.
+    #[must_use]
+    pub fn new(f: impl Fn(f64) -> [f64; N], ends: [f64; 2], nodes: u32) -> Self {
+        let [a, b] = ends;
+        let node = |i: u32| {
+            let share = 0.5 - 0.5 * (PI * (f64::from(i) + 0.5) / f64::from(nodes)).cos();
+            let x = a + share * (b - a);
+            (x, f(x))
+        };
+        Self { ends, nodes: (0..nodes).map(node).collect() }
+    }
+
+    /// The values at a place between the ends.
+    #[must_use]
+    pub fn at(&self, x: f64) -> [f64; N] {
+        let [a, b] = self.ends;
+        let (mut sums, mut total) = ([0.0; N], 0.0);
+        for (i, (node, values)) in self.nodes.iter().enumerate() {
+            if x == *node {
+                return *values;
+            }
+            let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
+            let weight = sign * ((node - a) * (b - node)).sqrt() / (x - node);
+            total += weight;
+            sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
+        }
+        sums.map(|sum| sum / total)
+    }
+}
+
 /// Places at which signs of a slope are looked at.
 const SAMPLES: u32 = 400;
 
@@ -120,6 +162,15 @@ pub fn monotone(slope: impl Fn(f64) -> f64, [a, b]: [f64; 2]) -> Vec<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn interpolants_go_through_smooth_functions() {
+        let interpolant = Interpolant::new(|x| [x.exp(), 1.0 / (4.0 + x * x)], [-0.5, 2.0], 30);
+        for x in [-0.5, -0.1, 0.75, 1.3, 2.0_f64] {
+            let [exp, bell] = interpolant.at(x);
+            assert!((exp - x.exp()).abs() < 1e-13 && (bell - 1.0 / (4.0 + x * x)).abs() < 1e-12, "{x}: {exp}, {bell}");
+        }
+    }
 
     #[test]
     fn the_rules_are_exact_for_the_polynomials_they_should_be() {

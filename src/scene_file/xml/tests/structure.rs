@@ -174,9 +174,9 @@ fn tags_and_attributes() {
     // Two faults of one element, and the position of a character after others that take several bytes.
     assert_eq!(
         refused(&scene("<!-- é漢 --><shape tpye=\"s\" foo=\"\"/>")),
-        "s.xml:2:19: unexpected attribute \"tpye\" in <shape>; did you mean \"type\"?\n\
-         s.xml:2:28: unexpected attribute \"foo\" in <shape>; <shape> may have type, id, name\n\
-         s.xml:2:12: missing attribute \"type\" in <shape>; write <shape type=\"...\">"
+        "s.xml:2:12: missing attribute \"type\" in <shape>; write <shape type=\"...\">\n\
+         s.xml:2:19: unexpected attribute \"tpye\" in <shape>; did you mean \"type\"?\n\
+         s.xml:2:28: unexpected attribute \"foo\" in <shape>; <shape> may have type, id, name"
     );
 }
 
@@ -384,11 +384,11 @@ fn several_faults_are_told_at_once_in_document_order() {
     ));
     assert_eq!(
         refused(&text),
-        "s.xml:3:17: could not parse floating point value \"x\"; write a number like 1, -0.5 or 2e-3\n\
+        "s.xml:2:17: unresolved reference to \"nope\"; no object has id=\"nope\"\n\
+         s.xml:3:17: could not parse floating point value \"x\"; write a number like 1, -0.5 or 2e-3\n\
          s.xml:4:19: could not parse integer value \"1.5\"; write a whole number of 64 bits like 3 or -1\n\
          s.xml:5:1: the transform is singular; it must not flatten space; no scale may be 0\n\
-         s.xml:7:1: \"a\" is given twice; previous was at s.xml:6:1\n\
-         s.xml:2:17: unresolved reference to \"nope\"; no object has id=\"nope\""
+         s.xml:7:1: \"a\" is given twice; previous was at s.xml:6:1"
     );
     // An id that may stand in what was not read is not called missing.
     let text = scene("<bsfd type=\"x\"><bsdf type=\"x\" id=\"a\"/></bsfd><ref id=\"a\"/>");

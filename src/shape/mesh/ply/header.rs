@@ -1,17 +1,17 @@
-//! The header: which elements the file has, of which properties.
+//! The header of a PLY file: its elements and their properties.
 
 use crate::shape::mesh::data::{MeshFault, quoted};
 
-/// The longest header, in bytes: far beyond any in use, and what keeps a hostile one from costing time.
+/// The maximum size of a header, in bytes: far above that of real files. It limits the time that a hostile file can cost.
 pub(super) const HEADER_LIMIT: usize = 1 << 16;
 
 #[derive(Debug)]
 pub(super) struct Header {
     pub(super) encoding: Encoding,
     pub(super) elements: Vec<Element>,
-    /// The number of the line that ends the header.
+    /// The number of the header's last line.
     pub(super) last_line: usize,
-    /// The offset of the first byte after it.
+    /// The offset of the first byte after the header.
     pub(super) end: usize,
 }
 
@@ -27,7 +27,7 @@ pub(super) struct Element {
     pub(super) name: String,
     pub(super) count: u64,
     pub(super) properties: Vec<Property>,
-    /// Where the header introduces it.
+    /// The line of the header that declares the element.
     pub(super) line: usize,
 }
 
@@ -62,7 +62,7 @@ pub(super) enum Integer {
     U64,
 }
 
-/// Each type by its old and its new name.
+/// The old and the new name of each type.
 pub(super) const SCALARS: [(&str, &str, Scalar); 10] = [
     ("char", "int8", Scalar::Integer(Integer::I8)),
     ("uchar", "uint8", Scalar::Integer(Integer::U8)),
@@ -131,7 +131,7 @@ impl Element {
 }
 
 impl ElementType {
-    /// What is there of the property in any case: its number, or the length of its list.
+    /// The type of the first number of the property: the scalar itself, or the length of the list.
     pub(super) fn first(self) -> Scalar {
         match self {
             Self::Scalar(scalar) => scalar,
@@ -148,7 +148,7 @@ impl Scalar {
         })
     }
 
-    /// In bytes.
+    /// The size in bytes.
     pub(super) fn size(self) -> usize {
         match self {
             Self::Integer(Integer::I8 | Integer::U8) => 1,
@@ -209,15 +209,15 @@ impl HeaderLines<'_> {
         self.line += 1;
         let rest = &self.bytes[self.at..self.bytes.len().min(HEADER_LIMIT)];
         let Some(length) = rest.iter().position(|&byte| byte == b'\n') else {
-            return Err(syntax(self.line, &self.without_end()));
+            return Err(syntax(self.line, &self.missing_end()));
         };
         self.at += length + 1;
         let line = &rest[..length];
-        // A comment may be in any encoding; all else is ASCII.
+        // A comment may have any encoding. Everything else is ASCII.
         Ok(String::from_utf8_lossy(line.strip_suffix(b"\r").unwrap_or(line)).into_owned())
     }
 
-    fn without_end(&self) -> String {
+    fn missing_end(&self) -> String {
         if self.bytes.len() > HEADER_LIMIT {
             format!("no end_header in the first {HEADER_LIMIT} bytes")
         } else {
@@ -228,7 +228,7 @@ impl HeaderLines<'_> {
 
 pub(super) fn unknown_line(text: &str) -> String {
     format!(
-        "{} is no line of a PLY header; known: format ENCODING 1.0, comment, obj_info, element NAME COUNT, \
+        "{} is not a line of a PLY header; known: format ENCODING 1.0, comment, obj_info, element NAME COUNT, \
          property TYPE NAME, property list TYPE TYPE NAME, end_header",
         quoted(text.as_bytes())
     )

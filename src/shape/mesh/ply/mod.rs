@@ -1,21 +1,21 @@
 //! PLY, the Stanford triangle format, in its three encodings.
 //!
-//! Read: `ascii`, `binary_little_endian`, `binary_big_endian`; LF and CRLF headers; `comment` and `obj_info` lines;
-//! every scalar type by its old and its new name (`float`, `float32`), and the 64-bit integers. Of the element
-//! `vertex`: `x y z`, `nx ny nz`, and `u v`, else `texture_u texture_v`, else `s t`; normals and texture coordinates
-//! count only with all their components. Of the element `face`: the list `vertex_indices` or `vertex_index`, of any
-//! integer types. Other properties and elements are skipped. Integers are taken as they are, never as fractions of
-//! their type's range.
+//! The reader supports `ascii`, `binary_little_endian` and `binary_big_endian`; LF and CRLF headers; `comment` and
+//! `obj_info` lines; every scalar type by its old and its new name (`float`, `float32`); and 64-bit integers. Of the element
+//! `vertex` it reads `x y z`, `nx ny nz`, and `u v`, else `texture_u texture_v`, else `s t`. Normals and texture coordinates
+//! are used only if all their components are present. Of the element `face` it reads the list `vertex_indices` or
+//! `vertex_index`, of any integer types. It skips other properties and elements. Integers are not scaled by the range of
+//! their type.
 //!
-//! A face with more than three corners becomes a fan around its first corner, which is right for convex polygons;
-//! Mitsuba refuses all but triangles. Mitsuba also refuses `obj_info` and accepts indices out of range.
+//! A face with more than three corners becomes a fan around its first corner, which is correct for convex polygons. Mitsuba
+//! refuses all faces but triangles. Mitsuba also refuses `obj_info` and accepts indices out of range.
 //!
-//! The numbers of an ascii file may be broken into lines anyhow, as Mitsuba allows. What follows the last element is
-//! an error, but for blanks in an ascii file: as in Mitsuba, and because it shows a header that counts wrongly. An
-//! ascii file that is cut inside the digits of its last number cannot be told from a whole one.
+//! As in Mitsuba, the numbers of an ascii file may be broken into lines arbitrarily. Data after the last element is an
+//! error, except blanks in an ascii file: as in Mitsuba, and because it indicates wrong counts in the header. An ascii file
+//! that is truncated within the digits of its last number cannot be distinguished from a complete one.
 //!
-//! The reader is our own: the crate `ply-rs-bw` reads from a stream, and so can neither weigh what a header promises
-//! against the size of the file nor see what trails.
+//! We have our own reader because the crate `ply-rs-bw` reads from a stream: it cannot compare the counts of a header with
+//! the size of the file, and it does not detect trailing data.
 
 mod header;
 mod source;
@@ -30,8 +30,8 @@ use source::{Ascii, Binary, DataReader, ReadError};
 ///
 /// # Errors
 ///
-/// The file cannot be read, is no PLY file, promises more than it holds or holds more than it promises, or its mesh
-/// does not pass [`MeshData::new`]. Whatever the bytes, memory stays within a fixed multiple of the file's size.
+/// The file cannot be read, is not a PLY file, has fewer or more elements than its header declares, or its mesh does not
+/// pass [`MeshData::new`]. For any input, memory stays within a fixed multiple of the file's size.
 pub fn read_ply(path: &Path, flip_tex_coords: bool) -> Result<MeshData, MeshError> {
     data::read(path, |bytes| parse(bytes, flip_tex_coords))
 }
@@ -39,14 +39,14 @@ pub fn read_ply(path: &Path, flip_tex_coords: bool) -> Result<MeshData, MeshErro
 fn parse(bytes: &[u8], flip_tex_coords: bool) -> Result<MeshData, MeshFault> {
     let header = Header::parse(bytes)?;
     match header.encoding {
-        Encoding::Ascii => gather(&header, Ascii { bytes, at: header.end }, flip_tex_coords),
-        Encoding::LittleEndian => gather(&header, Binary { bytes, at: header.end, swap: false }, flip_tex_coords),
-        Encoding::BigEndian => gather(&header, Binary { bytes, at: header.end, swap: true }, flip_tex_coords),
+        Encoding::Ascii => read_mesh(&header, Ascii { bytes, at: header.end }, flip_tex_coords),
+        Encoding::LittleEndian => read_mesh(&header, Binary { bytes, at: header.end, swap: false }, flip_tex_coords),
+        Encoding::BigEndian => read_mesh(&header, Binary { bytes, at: header.end, swap: true }, flip_tex_coords),
     }
 }
 
-/// Walks through the elements in the order of the file and keeps what makes a mesh.
-fn gather<S: DataReader>(header: &Header, mut source: S, flip_tex_coords: bool) -> Result<MeshData, MeshFault> {
+/// Reads the elements in the order of the file and builds the mesh.
+fn read_mesh<S: DataReader>(header: &Header, mut source: S, flip_tex_coords: bool) -> Result<MeshData, MeshFault> {
     let vertex = header.element("vertex")?;
     let face = header.element("face")?;
     let layout = VertexLayout::of(vertex)?;
@@ -58,7 +58,7 @@ fn gather<S: DataReader>(header: &Header, mut source: S, flip_tex_coords: bool) 
     for element in &header.elements {
         match element.name.as_str() {
             "vertex" => vertices = read_vertices(&mut source, element, &layout)?,
-            // The number of vertices is in the header, whichever element comes first.
+            // The header contains the number of vertices, so that faces may precede vertices.
             "face" => triangles = read_faces(&mut source, element, &list, vertex.count as usize)?,
             _ => skip_element(&mut source, element)?,
         }
@@ -72,29 +72,29 @@ fn gather<S: DataReader>(header: &Header, mut source: S, flip_tex_coords: bool) 
     MeshData::new(positions, layout.has_normals.then_some(normals), layout.has_uvs.then_some(uvs), triangles)
 }
 
-/// The least number of bytes an element takes: its numbers, and lists that are empty.
-fn least<S: DataReader>(element: &Element) -> usize {
-    element.properties.iter().map(|property| S::least(property.kind.first())).sum()
+/// The least number of bytes of an element: that of its scalars and of empty lists.
+fn min_size<S: DataReader>(element: &Element) -> usize {
+    element.properties.iter().map(|property| S::min_size(property.kind.first())).sum()
 }
 
-/// Compares what the header promises with the bytes there are, before any memory is taken for it.
+/// Checks that the file has room for the elements that the header declares, before memory is allocated for them.
 fn check_room<S: DataReader>(header: &Header, source: &S) -> Result<(), MeshFault> {
     let mut left = source.left() as u64;
     for element in &header.elements {
-        let least = least::<S>(element) as u64;
-        // An element without properties takes no room, however often it is promised.
-        let room = left.checked_div(least).unwrap_or(element.count);
+        let size = min_size::<S>(element) as u64;
+        // Elements without properties take no bytes, so that any count is possible.
+        let room = left.checked_div(size).unwrap_or(element.count);
         if element.count > room {
-            return Err(MeshFault::NoRoom { element: element.name.clone(), promised: element.count, room });
+            return Err(MeshFault::NoRoom { element: element.name.clone(), declared: element.count, room });
         }
-        left -= least * element.count;
+        left -= size * element.count;
     }
     Ok(())
 }
 
 // ---------------------------------------------------------------------------------------------------- the elements
 
-/// What the vertices bring; a list that their layout lacks stays empty.
+/// The attributes of the vertices. A list stays empty if the layout does not have the attribute.
 #[derive(Default)]
 struct Vertices {
     positions: Vec<[f32; 3]>,
@@ -102,34 +102,34 @@ struct Vertices {
     uvs: Vec<[f32; 2]>,
 }
 
-/// Where each property of a vertex goes.
+/// The meaning of each property of a vertex.
 struct VertexLayout {
-    /// For each property its place in x y z nx ny nz u v, or none for one to skip.
-    places: Vec<Option<usize>>,
+    /// For each property its index in x y z nx ny nz u v, or `None` if it is skipped.
+    components: Vec<Option<usize>>,
     has_normals: bool,
     has_uvs: bool,
 }
 
 impl VertexLayout {
     fn of(vertex: &Element) -> Result<Self, MeshFault> {
-        let mut layout = Self { places: vec![None; vertex.properties.len()], has_normals: false, has_uvs: false };
-        if !layout.place(vertex, &["x", "y", "z"], 0) {
+        let mut layout = Self { components: vec![None; vertex.properties.len()], has_normals: false, has_uvs: false };
+        if !layout.assign(vertex, &["x", "y", "z"], 0) {
             return Err(vertex.fault("needs the properties x, y and z, each a single number"));
         }
-        layout.has_normals = layout.place(vertex, &["nx", "ny", "nz"], 3);
+        layout.has_normals = layout.assign(vertex, &["nx", "ny", "nz"], 3);
         let uvs = [["u", "v"], ["texture_u", "texture_v"], ["s", "t"]];
-        layout.has_uvs = uvs.iter().any(|names| layout.place(vertex, names, 6));
+        layout.has_uvs = uvs.iter().any(|names| layout.assign(vertex, names, 6));
         Ok(layout)
     }
 
-    /// Finds all the properties of these names or none.
-    fn place(&mut self, vertex: &Element, names: &[&str], first: usize) -> bool {
+    /// Assigns the properties with these names to the components from `first` on, if all of them exist.
+    fn assign(&mut self, vertex: &Element, names: &[&str], first: usize) -> bool {
         let scalar = |name: &&str| {
             vertex.properties.iter().position(|p| p.name == *name && matches!(p.kind, ElementType::Scalar(_)))
         };
         let Some(found) = names.iter().map(scalar).collect::<Option<Vec<usize>>>() else { return false };
         for (offset, property) in found.into_iter().enumerate() {
-            self.places[property] = Some(first + offset);
+            self.components[property] = Some(first + offset);
         }
         true
     }
@@ -147,9 +147,9 @@ fn read_vertices<S: DataReader>(
     vertices.uvs.reserve_exact(if layout.has_uvs { count } else { 0 });
     read_element(source, element, |source, number| {
         let mut row = [0.0; 8];
-        for (property, place) in element.properties.iter().zip(&layout.places) {
-            match (property.kind, place) {
-                (ElementType::Scalar(scalar), Some(place)) => row[*place] = source.real(scalar)?,
+        for (property, component) in element.properties.iter().zip(&layout.components) {
+            match (property.kind, component) {
+                (ElementType::Scalar(scalar), Some(component)) => row[*component] = source.real(scalar)?,
                 (kind, _) => skip(source, kind, element, number)?,
             }
         }
@@ -168,18 +168,20 @@ fn read_vertices<S: DataReader>(
 
 /// The property that lists a face's vertices.
 struct IndexList {
-    /// Its place among the properties.
-    place: usize,
+    /// The index of the property.
+    property: usize,
+    /// The type of the list's length.
     count: Integer,
+    /// The type of the list's entries.
     item: Integer,
 }
 
 impl IndexList {
     fn of(face: &Element) -> Result<Self, MeshFault> {
         let named = |property: &Property| matches!(property.name.as_str(), "vertex_indices" | "vertex_index");
-        let list = |(place, property): (usize, &Property)| match property.kind {
+        let list = |(index, property): (usize, &Property)| match property.kind {
             ElementType::List { count, item: Scalar::Integer(item) } if named(property) => {
-                Some(Self { place, count, item })
+                Some(Self { property: index, count, item })
             }
             _ => None,
         };
@@ -195,12 +197,12 @@ fn read_faces<S: DataReader>(
     vertices: usize,
 ) -> Result<Vec<[u32; 3]>, MeshFault> {
     let mut triangles = Vec::new();
-    // The check of room let a face be an empty list; here it takes three indices at least, or it is an error.
-    let least = least::<S>(element) + 3 * S::least(Scalar::Integer(list.item));
-    triangles.reserve_exact((element.count as usize).min(source.left() / least));
+    // `check_room` takes the lists as empty, but a valid face has at least three indices.
+    let min_size = min_size::<S>(element) + 3 * S::min_size(Scalar::Integer(list.item));
+    triangles.reserve_exact((element.count as usize).min(source.left() / min_size));
     read_element(source, element, |source, number| {
-        for (place, property) in element.properties.iter().enumerate() {
-            if place == list.place {
+        for (index, property) in element.properties.iter().enumerate() {
+            if index == list.property {
                 let corners = list_length(source, list.count, Scalar::Integer(list.item), element, number)?;
                 if corners < 3 {
                     return Err(MeshFault::Corners { face: number, corners }.into());
@@ -215,7 +217,7 @@ fn read_faces<S: DataReader>(
     Ok(triangles)
 }
 
-/// The triangles of one polygon, a fan around its first corner; `corner` gives the corners in their order.
+/// Appends the triangles of one polygon, as a fan around its first corner. `corner` returns the corners in order.
 fn fan(
     corners: usize,
     triangles: &mut Vec<[u32; 3]>,
@@ -239,16 +241,16 @@ fn skip_element<S: DataReader>(source: &mut S, element: &Element) -> Result<(), 
     })
 }
 
-/// Reads one kind of element, and says how far it came where the file ends too early.
+/// Calls `read_one` for each element of one kind. If the file ends early, the error states how many elements were read.
 fn read_element<S: DataReader>(
     source: &mut S,
     element: &Element,
-    mut one: impl FnMut(&mut S, u64) -> Result<(), ReadError>,
+    mut read_one: impl FnMut(&mut S, u64) -> Result<(), ReadError>,
 ) -> Result<(), MeshFault> {
     for number in 0..element.count {
-        one(source, number).map_err(|halt| match halt {
+        read_one(source, number).map_err(|error| match error {
             ReadError::End => {
-                MeshFault::Truncated { element: element.name.clone(), promised: element.count, read: number }
+                MeshFault::Truncated { element: element.name.clone(), declared: element.count, read: number }
             }
             ReadError::Fault(fault) => fault,
         })?;
@@ -266,7 +268,7 @@ fn skip<S: DataReader>(source: &mut S, kind: ElementType, element: &Element, num
     }
 }
 
-/// The length of a list that the rest of the file can hold.
+/// Reads the length of a list and checks that the rest of the file has room for it.
 fn list_length<S: DataReader>(
     source: &mut S,
     count: Integer,
@@ -275,7 +277,7 @@ fn list_length<S: DataReader>(
     number: u64,
 ) -> Result<usize, ReadError> {
     let length = source.whole(count)?;
-    let room = source.left() / S::least(item);
+    let room = source.left() / S::min_size(item);
     match usize::try_from(length) {
         Ok(fits) if fits <= room => Ok(fits),
         _ => Err(MeshFault::ListLength { element: element.name.clone(), number, length, room }.into()),

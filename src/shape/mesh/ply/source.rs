@@ -1,12 +1,13 @@
-//! The data after the header, number by number, in the encodings.
+//! Readers of the data after the header, number by number, for each encoding.
 
 use super::header::{Integer, Scalar, syntax};
 use crate::shape::mesh::data::{MeshFault, quoted};
 
-/// Why an element cannot be read.
+/// The reason why an element cannot be read.
 pub(super) enum ReadError {
-    /// The file is at its end.
+    /// The file ends early.
     End,
+    /// The data is wrong.
     Fault(MeshFault),
 }
 
@@ -16,19 +17,19 @@ impl From<MeshFault> for ReadError {
     }
 }
 
-/// The data after the header, number by number.
+/// A reader of the data after the header, number by number.
 pub(super) trait DataReader {
-    /// The least number of bytes that a number of this type takes.
-    fn least(scalar: Scalar) -> usize;
+    /// The least number of bytes of a number of this type.
+    fn min_size(scalar: Scalar) -> usize;
     /// The number of bytes that are left.
     fn left(&self) -> usize;
-    /// The next number, of any type.
+    /// Reads the next number, of any type.
     fn real(&mut self, scalar: Scalar) -> Result<f32, ReadError>;
-    /// The next integer; unsigned ones beyond `i64::MAX` become that.
+    /// Reads the next integer. Unsigned integers above `i64::MAX` are clamped to it.
     fn whole(&mut self, integer: Integer) -> Result<i64, ReadError>;
-    /// Passes over numbers.
+    /// Skips `times` numbers.
     fn skip(&mut self, scalar: Scalar, times: usize) -> Result<(), ReadError>;
-    /// Makes sure that nothing is left.
+    /// Checks that no data is left.
     fn finish(self) -> Result<(), MeshFault>;
 }
 
@@ -40,7 +41,7 @@ pub(super) struct Binary<'a> {
 }
 
 impl Binary<'_> {
-    /// The next bytes, the least significant one first.
+    /// Reads the next bytes and returns the least significant one first.
     fn take<const N: usize>(&mut self) -> Result<[u8; N], ReadError> {
         let mut taken = *self.bytes[self.at..].first_chunk::<N>().ok_or(ReadError::End)?;
         self.at += N;
@@ -52,7 +53,7 @@ impl Binary<'_> {
 }
 
 impl DataReader for Binary<'_> {
-    fn least(scalar: Scalar) -> usize {
+    fn min_size(scalar: Scalar) -> usize {
         scalar.size()
     }
 
@@ -82,7 +83,7 @@ impl DataReader for Binary<'_> {
     }
 
     fn skip(&mut self, scalar: Scalar, times: usize) -> Result<(), ReadError> {
-        // A list is skipped only where it fits, so the product is at most the file's size.
+        // A list is skipped only if the file has room for it, so that the product does not overflow.
         let size = scalar.size() * times;
         if size > self.left() {
             return Err(ReadError::End);
@@ -113,13 +114,13 @@ impl<'a> Ascii<'a> {
         Ok(&rest[start..start + length])
     }
 
-    /// A fault in the word just read, with its line.
+    /// A fault in the word that was just read, with its line.
     fn fault(&self, word: &[u8], what: &str) -> MeshFault {
         let line = 1 + self.bytes[..self.at].iter().filter(|&&byte| byte == b'\n').count();
         syntax(line, &format!("{} {what}", quoted(word)))
     }
 
-    /// The next word as a number.
+    /// Reads the next word as a number.
     fn number<T: std::str::FromStr>(&mut self, what: &str) -> Result<T, ReadError> {
         let word = self.word()?;
         let number = std::str::from_utf8(word).ok().and_then(|text| text.parse().ok());
@@ -128,9 +129,9 @@ impl<'a> Ascii<'a> {
 }
 
 impl DataReader for Ascii<'_> {
-    /// A blank and a digit. The first number after the header lacks the blank, which makes no difference: the check of
-    /// room takes lists as empty, and a mesh has at least one that is not.
-    fn least(_: Scalar) -> usize {
+    /// A blank and a digit. The first number after the header has no blank before it, but this makes no difference:
+    /// `check_room` takes lists as empty, and every valid mesh has a list that is not empty.
+    fn min_size(_: Scalar) -> usize {
         2
     }
 
@@ -141,7 +142,7 @@ impl DataReader for Ascii<'_> {
     fn real(&mut self, scalar: Scalar) -> Result<f32, ReadError> {
         match scalar {
             Scalar::F32 => self.number("is not a number"),
-            // Rounded twice, as from the binary form of the same file.
+            // Rounded twice, as in the binary encodings.
             Scalar::F64 => Ok(self.number::<f64>("is not a number")? as f32),
             Scalar::Integer(integer) => Ok(self.whole(integer)? as f32),
         }
@@ -168,7 +169,7 @@ impl DataReader for Ascii<'_> {
 
     fn finish(mut self) -> Result<(), MeshFault> {
         match self.word() {
-            Ok(word) => Err(self.fault(word, "follows the last element that the header promises")),
+            Ok(word) => Err(self.fault(word, "follows the last element that the header declares")),
             Err(_) => Ok(()),
         }
     }

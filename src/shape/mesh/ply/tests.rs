@@ -4,7 +4,7 @@ use super::*;
 
 const ENCODINGS: [&str; 3] = ["ascii", "binary_little_endian", "binary_big_endian"];
 
-/// A number with its type, as a test writes it.
+/// A number with its type, for writing test files.
 #[derive(Clone, Copy)]
 enum Put {
     U8(u8),
@@ -45,7 +45,7 @@ fn file(header: &str, encoding: &str, rows: &[&[Put]]) -> Vec<u8> {
     bytes
 }
 
-/// All that may be in a file: unknown elements and properties between what is read, a triangle, a pentagon.
+/// A header with unknown elements and properties among those that are read, for a triangle and a pentagon.
 const RICH: &str = "ply\nformat ENCODING 1.0\ncomment by hand\nobj_info none\nelement camera 2\n\
     property float fov\nproperty list uint8 int16 tags\nelement vertex 5\nproperty uchar red\n\
     property double x\nproperty float y\nproperty float32 z\nproperty list uchar short bones\n\
@@ -100,7 +100,7 @@ fn plain(encoding: &str) -> Vec<u8> {
     )
 }
 
-/// The plain ascii file with one passage replaced; the passage must be there.
+/// The error of the plain ascii file after replacing `from` by `to`.
 fn broken(from: &str, to: &str) -> String {
     let text = String::from_utf8(plain("ascii")).expect("the test writes ASCII");
     assert!(text.contains(from), "{from}");
@@ -120,7 +120,7 @@ fn the_three_encodings_give_the_same_mesh() {
     }
 }
 
-/// Written byte by byte, so that no helper can be wrong in the same way as the reader.
+/// The file is written byte by byte, so that no helper function can share an error with the reader.
 #[test]
 fn a_big_endian_file_byte_by_byte() {
     let mut bytes = b"ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty float x\nproperty short y\n\
@@ -176,7 +176,7 @@ fn headers_with_crlf_and_latin_comments() {
         let crlf = PLAIN.replace("end_header", "comment \u{e9}\nend_header").replace('\n', "\r\n");
         let body = plain(encoding).split_off(PLAIN.replace("ENCODING", encoding).len());
         let mut bytes = crlf.replace("ENCODING", encoding).into_bytes();
-        // As Latin-1 has it, which is no UTF-8.
+        // The Latin-1 encoding, which is not valid UTF-8.
         let accent = bytes.windows(2).position(|pair| pair == "\u{e9}".as_bytes()).expect("the comment");
         bytes.splice(accent..accent + 2, [0xe9]);
         bytes.extend(body);
@@ -191,20 +191,20 @@ fn texture_coordinates_by_each_name_and_flipped() {
         let bytes = rich("ascii").split_off(RICH.len() - "ENCODING".len() + "ascii".len());
         let bytes = [header.replace("ENCODING", "ascii").into_bytes(), bytes].concat();
         assert_eq!(parse(&bytes, false).expect(u), rich_mesh());
-        let flipped = parse(&bytes, true).expect(u).uvs.expect("they are there");
+        let flipped = parse(&bytes, true).expect(u).uvs.expect("the file has texture coordinates");
         assert_eq!(flipped, [[0.0, 0.75], [1.0, 1.0], [1.0, 0.5], [0.5, 0.0], [0.0, 0.0]]);
     }
 }
 
 #[test]
-fn normals_and_texture_coordinates_count_only_whole() {
+fn incomplete_normals_and_texture_coordinates_are_ignored() {
     let text = String::from_utf8(rich("ascii")).expect("the test writes ASCII");
     let mesh = parse(text.replace("float nz", "float n").replace("float t\n", "float v\n").as_bytes(), false);
     assert_eq!(mesh.expect("unknown properties are skipped"), MeshData { normals: None, uvs: None, ..rich_mesh() });
 }
 
 #[test]
-fn faces_may_come_before_the_vertices() {
+fn faces_may_precede_vertices() {
     let header = "ply\nformat ENCODING 1.0\nelement face 1\nproperty list uchar uchar vertex_indices\n\
         element vertex 3\nproperty uchar x\nproperty uchar y\nproperty uchar z\nend_header\n";
     for encoding in ENCODINGS {
@@ -215,7 +215,7 @@ fn faces_may_come_before_the_vertices() {
 }
 
 #[test]
-fn triangles_of_zero_area_are_left_out_and_counted() {
+fn triangles_of_zero_area_become_slivers() {
     let text = String::from_utf8(plain("ascii")).expect("the test writes ASCII");
     let mesh = parse(text.replace("3 0 2 3", "3 0 2 2").as_bytes(), false).expect("one triangle is left");
     assert_eq!((mesh.triangles, mesh.slivers.len()), (vec![[0, 1, 2]], 1));
@@ -224,7 +224,7 @@ fn triangles_of_zero_area_are_left_out_and_counted() {
 }
 
 #[test]
-fn a_file_cut_anywhere_is_an_error() {
+fn a_file_truncated_anywhere_is_an_error() {
     for encoding in ENCODINGS {
         for whole in [plain(encoding), rich(encoding)] {
             // The newline at the end of an ascii file may be missing.
@@ -238,14 +238,14 @@ fn a_file_cut_anywhere_is_an_error() {
     let whole = plain("binary_big_endian");
     assert_eq!(error(&whole[..30]), "line 2: the file ends inside its header, without end_header");
     let message = error(&whole[..whole.len() - 26]);
-    assert_eq!(message, "the header promises 2 faces, the file has room for 0 at most");
+    assert_eq!(message, "the header declares 2 faces, the file has room for 0 at most");
     let message = error(&whole[..whole.len() - 5]);
     let expected = "element \"face\" 1 (counted from 0) has a list of 3 entries, the file has room for 1 at most";
     assert_eq!(message, expected);
 }
 
 #[test]
-fn the_header_says_where_it_is_wrong() {
+fn errors_in_the_header_name_the_line() {
     let cases = [
         ("ply\n", "plx\n", "line 1: a PLY file begins with the line \"ply\""),
         ("ply\n", "ply 2\n", "line 1: a PLY file begins with the line \"ply\""),
@@ -260,7 +260,7 @@ fn the_header_says_where_it_is_wrong() {
         (
             "element vertex",
             "elements vertex",
-            "line 3: \"elements vertex 4\" is no line of a PLY header; known: format",
+            "line 3: \"elements vertex 4\" is not a line of a PLY header; known: format",
         ),
         ("element vertex 4", "comment", "line 4: a property before the first element"),
         ("vertex 4", "vertex -4", "line 3: the number of elements must be an integer from 0, not \"-4\""),
@@ -275,7 +275,7 @@ fn the_header_says_where_it_is_wrong() {
         ("list uchar int", "list float int", "line 8: the length of a list must have an integer type"),
         ("list uchar int", "list uchar float", "line 7: element \"face\" needs a list of integers called vertex_ind"),
         ("list uchar int", "int", "line 7: element \"face\" needs a list of integers called vertex_indices or vertex_"),
-        ("end_header", "end_headers", "line 9: \"end_headers\" is no line of a PLY header; known"),
+        ("end_header", "end_headers", "line 9: \"end_headers\" is not a line of a PLY header; known"),
     ];
     for (from, to, expected) in cases {
         let message = broken(from, to);
@@ -284,7 +284,7 @@ fn the_header_says_where_it_is_wrong() {
 }
 
 #[test]
-fn the_data_say_where_they_are_wrong() {
+fn errors_in_the_data_name_the_element_or_the_line() {
     let cases = [
         ("1 1 0", "1 one 0", "line 12: \"one\" is not a number"),
         ("1 1 0", "1 nan 0", "vertex 2 (counted from 0) has the position [1.0, NaN, 0.0], which is not finite"),
@@ -300,10 +300,10 @@ fn the_data_say_where_they_are_wrong() {
             "255 0 2 3",
             "element \"face\" 1 (counted from 0) has a list of 255 entries, the file has room for",
         ),
-        ("3 0 2 3", "3 0 2 3\n5", "line 16: \"5\" follows the last element that the header promises"),
-        ("face 2", "face 1", "line 15: \"3\" follows the last element that the header promises"),
+        ("3 0 2 3", "3 0 2 3\n5", "line 16: \"5\" follows the last element that the header declares"),
+        ("face 2", "face 1", "line 15: \"3\" follows the last element that the header declares"),
         ("vertex 4", "vertex 3", "face 0 (counted from 0) has 0 corners, a face needs 3 or more"),
-        ("face 2", "face 0", "line 14: \"3\" follows the last element that the header promises"),
+        ("face 2", "face 0", "line 14: \"3\" follows the last element that the header declares"),
     ];
     for (from, to, expected) in cases {
         let message = broken(from, to);
@@ -321,7 +321,7 @@ fn trailing_bytes_are_an_error() {
     let mut bytes = plain("binary_little_endian");
     bytes.push(b'\n');
     let end = bytes.len() - 1;
-    let expected = format!("the data should end at byte {end}, where the last element that the header promises ends");
+    let expected = format!("the data should end at byte {end}, after the last element that the header declares");
     assert!(error(&bytes).starts_with(&expected));
     let mut bytes = plain("ascii");
     bytes.extend(b" \n\t\r\n");
@@ -329,7 +329,7 @@ fn trailing_bytes_are_an_error() {
 }
 
 #[test]
-fn promises_beyond_the_file_are_refused_before_memory_is_taken() {
+fn counts_beyond_the_file_are_refused_before_memory_is_allocated() {
     for encoding in ENCODINGS {
         for count in [4_000_000_000_u64, 4_294_967_296, u64::MAX] {
             for (element, named) in [("vertex 4", "vertex"), ("face 2", "face")] {
@@ -337,7 +337,7 @@ fn promises_beyond_the_file_are_refused_before_memory_is_taken() {
                 let fault = parse(&file(&header, encoding, &[&[U8(3); 64]]), false).expect_err(encoding);
                 let expected = matches!(
                     fault,
-                    MeshFault::NoRoom { promised, room, .. } if promised == count && room < 64
+                    MeshFault::NoRoom { declared, room, .. } if declared == count && room < 64
                 );
                 assert!(expected, "{encoding} {count} {fault}");
             }
@@ -353,18 +353,18 @@ fn promises_beyond_the_file_are_refused_before_memory_is_taken() {
 }
 
 #[test]
-fn a_vertex_count_says_how_many_fit() {
+fn an_excessive_vertex_count_is_compared_with_the_room_in_the_file() {
     let bytes = file(&PLAIN.replace("vertex 4", "vertex 40962"), "binary_little_endian", &[&[F32(0.0); 3600]]);
-    assert_eq!(error(&bytes), "the header promises 40962 vertices, the file has room for 1200 at most");
-    // Lists make an element longer than its least size: then the file ends on the way.
+    assert_eq!(error(&bytes), "the header declares 40962 vertices, the file has room for 1200 at most");
+    // Lists make elements larger than their least size, so that the file ends while they are read.
     let header = PLAIN.replace("property float x", "property list uchar int bones\nproperty float x");
     let rows: [&[Put]; 4] = [&[U8(1), I32(5), F32(1.0), F32(2.0), F32(3.0)]; 4];
     let message = error(&file(&header.replace("vertex 4", "vertex 5"), "binary_big_endian", &rows));
-    assert_eq!(message, "the header promises 5 vertices, the file ends after 4");
+    assert_eq!(message, "the header declares 5 vertices, the file ends after 4");
 }
 
 #[test]
-fn an_endless_header_is_cut_short() {
+fn the_size_of_a_header_is_limited() {
     let many = PLAIN.replace("end_header", &format!("{}end_header", "comment and so on\n".repeat(10_000)));
     let whole = String::from_utf8(plain("ascii")).expect("the test writes ASCII");
     let body = &whole[PLAIN.len() - "ENCODING".len() + "ascii".len()..];
@@ -375,7 +375,7 @@ fn an_endless_header_is_cut_short() {
 }
 
 #[test]
-fn a_message_stays_short_and_plain_whatever_the_file_says() {
+fn messages_are_short_and_escaped() {
     let name = "\u{1b}".repeat(50_000);
     for (count, body) in [("20", ""), ("1", "9 1"), ("1", "x"), ("one", "")] {
         let text = format!(
@@ -395,7 +395,7 @@ fn errors_name_the_file() {
     std::fs::write(&path, plain("ascii")).expect("a file for the test");
     assert_eq!(read_ply(&path, false).ok(), parse(&plain("ascii"), false).ok());
     std::fs::write(&path, "obj").expect("a file for the test");
-    let message = read_ply(&path, false).expect_err("no PLY").to_string();
+    let message = read_ply(&path, false).expect_err("it is not a PLY file").to_string();
     assert_eq!(message, format!("{}: line 1: a PLY file begins with the line \"ply\"", path.display()));
     let message = read_ply(folder.path(), false).expect_err("a folder").to_string();
     assert_eq!(message, format!("{}: is not a regular file", folder.path().display()));
@@ -403,7 +403,8 @@ fn errors_name_the_file() {
     assert!(absent.contains("absent.ply: cannot be read: "), "{absent}");
 }
 
-/// Reads bytes that may be anything: no panic, a mesh that keeps its promises, memory in proportion.
+/// Parses arbitrary bytes: the parser does not panic, the mesh keeps its guarantees, and memory is proportional to the
+/// file's size.
 fn read_anything(bytes: &[u8]) {
     let Ok(mesh) = parse(bytes, false) else { return };
     let vertices = mesh.positions.len();
@@ -428,9 +429,9 @@ proptest! {
         mutations in prop::collection::vec((any::<prop::sample::Index>(), 0..4_u8, any::<u8>()), 1..8),
     ) {
         let mut bytes = if of_rich { rich(ENCODINGS[encoding]) } else { plain(ENCODINGS[encoding]) };
-        for (place, how, byte) in mutations {
-            let at = place.index(bytes.len());
-            match how {
+        for (position, kind, byte) in mutations {
+            let at = position.index(bytes.len());
+            match kind {
                 0 => bytes[at] = byte,
                 1 => bytes[at] = b'0' + byte % 10,
                 2 => bytes.insert(at, byte),
@@ -440,9 +441,9 @@ proptest! {
         read_anything(&bytes);
     }
 
-    /// SampleStream of a header that grow by digits: the promises of a hostile file.
+    /// The counts of a hostile header.
     #[test]
-    fn any_count_is_weighed_against_the_file(encoding in 0..3_usize, vertices in any::<u64>(), faces in any::<u64>()) {
+    fn any_count_is_compared_with_the_size_of_the_file(encoding in 0..3_usize, vertices in any::<u64>(), faces in any::<u64>()) {
         let header = PLAIN.replace("vertex 4", &format!("vertex {vertices}"));
         let header = header.replace("face 2", &format!("face {faces}"));
         read_anything(&file(&header, ENCODINGS[encoding], &[&[U8(1); 200]]));

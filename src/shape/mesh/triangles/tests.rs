@@ -5,23 +5,23 @@ use proptest::prelude::*;
 use super::*;
 use crate::{math::rng::Stream, shape::bvh::SLACK};
 
-/// The test of one triangle after the other, with the arithmetic of the blocks.
+/// Tests the triangles one after the other, with the arithmetic of the blocks.
 fn brute_force(triangles: &Triangles, ray: &Ray) -> Option<TriangleHit> {
     let shear = Shear::new(ray);
     let mut best: Option<TriangleHit> = None;
-    for (number, indices) in triangles.indices.iter().enumerate() {
+    for (index, indices) in triangles.indices.iter().enumerate() {
         let corners = indices.map(|i| triangles.positions[i as usize]);
         if bounds(&corners).is_empty() {
             continue;
         }
         let t_max = best.map_or(ray.t_max, |hit| hit.t);
-        let alone = Block::new(std::iter::once((number as u32, corners)));
+        let alone = Block::new(std::iter::once((index as u32, corners)));
         best = alone.closest(&shear, &Ray { t_max, ..*ray }).or(best);
     }
     best
 }
 
-/// Möller & Trumbore (1997), for hits that are not near an edge.
+/// The test of Möller & Trumbore (1997), as a reference for hits that are not near an edge.
 fn moller_trumbore([a, b, c]: [DVec3; 3], ray: &Ray) -> Option<(f64, f64, f64)> {
     let (ab, ac) = (b - a, c - a);
     let p = ray.direction.cross(ac);
@@ -44,7 +44,7 @@ fn in_cube(random: &mut Stream) -> DVec3 {
     2.0 * DVec3::new(random.next_1d(), random.next_1d(), random.next_1d()) - 1.0
 }
 
-/// A direction of any length, now and then with zeros.
+/// A random direction of any length, sometimes with components that are zero.
 fn direction(random: &mut Stream) -> DVec3 {
     let mut d = in_cube(random) * 10.0_f64.powf(6.0 * random.next_1d() - 3.0);
     let kind = random.next_bits() % 16;
@@ -56,7 +56,7 @@ fn direction(random: &mut Stream) -> DVec3 {
     if d == DVec3::ZERO { DVec3::NEG_Z } else { d }
 }
 
-/// A unit icosahedron, each face divided into four so many times.
+/// A unit icosahedron whose faces are divided into four `levels` times.
 fn icosphere(levels: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     let g = f64::midpoint(1.0, 5.0_f64.sqrt());
     let mut positions = vec![];
@@ -64,7 +64,7 @@ fn icosphere(levels: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
         let corners = [DVec3::new(a, b, 0.0), DVec3::new(0.0, a, b), DVec3::new(b, 0.0, a)];
         positions.extend(corners.map(DVec3::normalize));
     }
-    // The faces are the triples of corners at the least distance.
+    // The faces are the triples of corners that are nearest neighbours.
     let is_edge = |a: usize, b: usize| (positions[a] - positions[b]).length() < 1.1;
     let mut faces = vec![];
     for (a, b, c) in (0..12).flat_map(|a| (0..a).flat_map(move |b| (0..b).map(move |c| (a, b, c)))) {
@@ -73,15 +73,15 @@ fn icosphere(levels: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
         }
     }
     for _ in 0..levels {
-        let mut middles = HashMap::new();
-        let mut middle = |a: u32, b: u32| {
-            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+        let mut midpoints = HashMap::new();
+        let mut midpoint = |a: u32, b: u32| {
+            *midpoints.entry((a.min(b), a.max(b))).or_insert_with(|| {
                 positions.push((positions[a as usize] + positions[b as usize]).normalize());
                 positions.len() as u32 - 1
             })
         };
         let divide = |[a, b, c]: [u32; 3]| {
-            let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
+            let [ab, bc, ca] = [midpoint(a, b), midpoint(b, c), midpoint(c, a)];
             [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
         };
         faces = faces.into_iter().flat_map(divide).collect();
@@ -89,14 +89,14 @@ fn icosphere(levels: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     (positions.iter().map(|p| p.as_vec3().to_array()).collect(), faces)
 }
 
-/// Checks the hierarchy against brute force, and `occluded` against `closest`; returns whether there was a hit.
+/// Compares the hierarchy with brute force, and `occluded` with `closest`. Returns whether there is a hit.
 fn check(triangles: &Triangles, ray: &Ray) -> bool {
     let (hit, expected) = (triangles.closest(ray), brute_force(triangles, ray));
     assert_eq!(hit.map(|h| h.t.to_bits()), expected.map(|h| h.t.to_bits()), "{ray:?}: {hit:?}, not {expected:?}");
     assert_eq!(triangles.occluded(ray), hit.is_some(), "{ray:?}: {hit:?}");
     if let Some(hit) = hit {
         assert!(ray.contains(hit.t), "{ray:?}: {hit:?}");
-        // The hit is a point of the triangle and of the ray, as near as the hierarchy asks for.
+        // The hit is a point of the triangle and of the ray, within the slack of the hierarchy.
         let [a, b, c] = triangles.triangle(hit.triangle);
         let p = (1.0 - hit.b1 - hit.b2) * a + hit.b1 * b + hit.b2 * c;
         let size = [a, b, c, ray.origin].iter().fold(0.0_f64, |size, p| size.max(p.abs().max_element()));
@@ -108,7 +108,7 @@ fn check(triangles: &Triangles, ray: &Ray) -> bool {
 }
 
 #[test]
-fn soups_at_any_scale_are_hit_as_by_brute_force() {
+fn hits_on_random_triangles_at_any_scale_equal_brute_force() {
     let mut hits = 0;
     for case in 0..60 {
         let mut random = Stream::at(&[1, case]);
@@ -137,7 +137,7 @@ fn soups_at_any_scale_are_hit_as_by_brute_force() {
 }
 
 #[test]
-fn hits_are_those_of_another_method() {
+fn hits_equal_those_of_moller_and_trumbore() {
     let mut random = Stream::at(&[3]);
     for _ in 0..20_000 {
         let corners = [0; 3].map(|_| in_cube(&mut random).as_vec3().as_dvec3());
@@ -145,7 +145,7 @@ fn hits_are_those_of_another_method() {
         let ray = Ray::new(2.0 * in_cube(&mut random), direction(&mut random).normalize());
         let expected = moller_trumbore(corners, &ray);
         let hit = soup(vec![corners]).closest(&ray);
-        // Not where the ray grazes the plane or passes near an edge.
+        // Skip rays that graze the plane or pass near an edge.
         let cosine = normal.dot(ray.direction).abs();
         let near = |(_, b1, b2): (f64, f64, f64)| b1.min(b2).min(1.0 - b1 - b2) < 1e-9;
         if cosine < 1e-3 || expected.is_some_and(near) {
@@ -171,7 +171,7 @@ fn no_ray_escapes_a_closed_mesh() {
     for i in 0..1_000_000 {
         let origin = 0.9 * in_cube(&mut random) / 3.0_f64.sqrt();
         let [a, b, _] = triangles.triangle((random.next_bits() % 20_480) as u32);
-        // At anything, at a corner, at a point of an edge.
+        // Towards a random point, a corner, or a point of an edge.
         let d = match i % 3 {
             0 => in_cube(&mut random),
             1 => a - origin,
@@ -200,11 +200,11 @@ fn grid(axis: usize, height: f32) -> Triangles {
 }
 
 #[test]
-fn flat_meshes_meet_parallel_rays() {
+fn flat_meshes_are_hit_by_axis_parallel_rays() {
     for (axis, height) in (0..3).flat_map(|axis| [0.0_f32, 0.3, -7.0, 1e6].map(|height| (axis, height))) {
         let triangles = grid(axis, height);
         let z = f64::from(height);
-        let place = |u: f64, v: f64, w: f64| {
+        let point = |u: f64, v: f64, w: f64| {
             let mut p = DVec3::ZERO;
             (p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3]) = (w, u, v);
             p
@@ -213,23 +213,23 @@ fn flat_meshes_meet_parallel_rays() {
             let (u, v) = (f64::from(i) / 16.0, f64::from(j) / 16.0);
             let inside = (0..=16).contains(&i) && (0..=16).contains(&j);
             for (start, step) in [(-1.0, 0.5), (3.0, -0.25), (-1.0, 2e-9), (1.0, -4e9)] {
-                let ray = Ray::new(place(u, v, z + start), place(0.0, 0.0, step));
+                let ray = Ray::new(point(u, v, z + start), point(0.0, 0.0, step));
                 let expected = (z - (z + start)) / step;
                 assert_eq!(check(&triangles, &ray), inside, "{ray:?}");
-                // The parameter of a flat surface is the same wherever it is hit, but for two roundings.
+                // The parameter is the same at every point of a flat surface, up to two roundings.
                 let near = |hit: TriangleHit| (hit.t / expected - 1.0).abs() < 1e-15;
                 assert!(triangles.closest(&ray).is_none_or(near), "{ray:?}");
             }
-            // In the plane, along the axes and askew, through corners and along edges.
+            // Rays in the plane, parallel to the axes and oblique, through corners and along edges.
             for (du, dv) in [(1.0, 0.0), (0.0, -1.0), (1.0, 1.0), (-1.0, 3.0)] {
-                assert!(!check(&triangles, &Ray::new(place(u - 3.0 * du, v - 3.0 * dv, z), place(du, dv, 0.0))));
+                assert!(!check(&triangles, &Ray::new(point(u - 3.0 * du, v - 3.0 * dv, z), point(du, dv, 0.0))));
             }
         }
     }
 }
 
 #[test]
-fn rays_in_box_faces_are_not_lost() {
+fn rays_in_the_faces_of_bounding_boxes_hit() {
     let corners = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]];
     let triangles = Triangles::new(corners, vec![[0, 1, 2], [1, 3, 2]]);
     for i in 0..=8 {
@@ -245,8 +245,8 @@ fn rays_in_box_faces_are_not_lost() {
 }
 
 #[test]
-fn rays_in_the_plane_of_a_triangle_are_treated_alike() {
-    // Whether such a ray hits is a matter of rounding: but then in the same way for the hierarchy.
+fn rays_in_the_plane_of_a_triangle_hit_as_by_brute_force() {
+    // Whether such a ray hits depends on rounding, but the hierarchy must agree with brute force.
     let mut hits = 0;
     for case in 0..40 {
         let mut random = Stream::at(&[5, case]);
@@ -280,10 +280,10 @@ fn the_length_of_the_direction_does_not_matter() {
 }
 
 #[test]
-fn ends_of_the_ray_do_not_count() {
+fn the_ends_of_the_ray_are_excluded() {
     let triangles = grid(2, 0.5);
     let ray = Ray::new(DVec3::new(0.3, 0.4, -0.5), DVec3::Z);
-    let t = triangles.closest(&ray).expect("the ray meets the grid").t;
+    let t = triangles.closest(&ray).expect("the ray hits the grid").t;
     assert!((t - 1.0).abs() < 1e-15);
     assert!(!check(&triangles, &Ray { t_min: t, ..ray }));
     assert!(!check(&triangles, &Ray { t_max: t, ..ray }));
@@ -293,7 +293,7 @@ fn ends_of_the_ray_do_not_count() {
 }
 
 #[test]
-fn nothing_is_not_hit() {
+fn an_empty_mesh_is_not_hit() {
     let triangles = Triangles::new(vec![], vec![]);
     assert!(!check(&triangles, &Ray::new(DVec3::ZERO, DVec3::X)) && triangles.bounds().is_empty());
 }
@@ -318,27 +318,27 @@ fn triangles_without_area_are_not_hit() {
 }
 
 #[test]
-fn a_mesh_is_lean() {
+fn a_mesh_takes_less_than_90_bytes_per_triangle() {
     let (positions, faces) = icosphere(6);
     let triangles = Triangles::new(positions, faces);
     let each = triangles.bytes() as f64 / triangles.indices().len() as f64;
     assert!(each < 90.0, "{each} bytes a triangle");
 }
 
-/// A corner on a coarse lattice, so that triangles share corners, edges and planes, or have no area.
+/// A corner on a coarse lattice, so that triangles share corners, edges and planes, or have zero area.
 fn lattice() -> impl Strategy<Value = DVec3> {
     (-2..=2, -2..=2, -2..=2).prop_map(|(x, y, z)| DVec3::new(f64::from(x), f64::from(y), f64::from(z)))
 }
 
 proptest! {
     #[test]
-    fn lattice_triangles_are_hit_as_by_brute_force(
+    fn hits_on_lattice_triangles_equal_brute_force(
         corners in prop::collection::vec([lattice(), lattice(), lattice()], 0..40),
-        from in lattice(), to in lattice(), turn in 0.0..TAU,
+        from in lattice(), to in lattice(), angle in 0.0..TAU,
         shift in prop::sample::select(vec![0.0, 1e-300, 1e-16, 1e-8]),
     ) {
         let triangles = soup(corners);
-        let along = if from == to { DVec3::new(turn.cos(), turn.sin(), 0.0) } else { to - from };
+        let along = if from == to { DVec3::new(angle.cos(), angle.sin(), 0.0) } else { to - from };
         check(&triangles, &Ray::new(from + shift, along));
         check(&triangles, &Ray { t_min: -2.0, t_max: 2.0, ..Ray::new(from, along * (1.0 + shift)) });
     }

@@ -1,58 +1,61 @@
-//! What must hold for meshes beyond what holds for all shapes.
+//! The laws of meshes, in addition to those of all shapes.
 
 use std::{fmt::Write as _, path::Path};
 
 use glam::{DAffine3, DVec3};
 
-use super::{Mesh, MeshData, Ply};
+use super::subjects::{octahedron, torus};
 use crate::{
     law::{Check, Effort, Finding, Law, worst},
     math::{Ray, rng::Stream, warp},
     scene_file::xml,
-    shape::{Shape, ShapeModel, Surface, laws},
+    shape::{
+        Shape, ShapeModel, Surface,
+        mesh::{Mesh, MeshData, Ply},
+    },
 };
 
 /// The laws of meshes.
 pub const LAWS: &[Law] = &[
     Law {
         name: "mesh/round-trip",
-        claim: "A mesh that was written as PLY, in ascii and in both byte orders, as OBJ or as \
-                kcply with either base, and read as part of a scene, gives the same hits to the last bit.",
+        claim: "A mesh gives the same hits to the last bit after it is written as PLY (ascii and both byte orders), OBJ or \
+                kcply (with either base) and read as part of a scene.",
         source: "definition",
         check: Check::Analytic(round_trip),
     },
     Law {
         name: "mesh/shading-normals",
-        claim: "Normals of any length at the corners ei of an octahedron under a map M, or those that follow from its faces, \
-                give a point M q the shading normal Σ qi M⁻ᵀ ei / |M⁻ᵀ ei|, normalised.",
+        claim: "For an octahedron with corners ei under a map M, with normals of any length at its corners or with computed \
+                ones, the shading normal at a point M q is Σ qi M⁻ᵀ ei / |M⁻ᵀ ei|, normalized.",
         source: "linear interpolation of unit normals with barycentric coordinates |qi|; normals transform by M⁻ᵀ",
         check: Check::Analytic(shading_normals),
     },
     Law {
         name: "mesh/vertex-normals",
-        claim: "A mesh without normals is shaded by those of its vertices, unit vectors along the sums of the normals of their \
-                triangles weighted by angle, interpolated.",
-        source: "Thürmer and Wüthrich 1998, computed anew for a stretched octahedron",
+        claim: "The shading normal of a mesh without normals is interpolated from vertex normals: the normalized sums of the \
+                adjacent triangles' normals, weighted by their angles.",
+        source: "Thürmer and Wüthrich 1998, computed independently for a stretched octahedron",
         check: Check::Analytic(vertex_normals),
     },
     Law {
         name: "mesh/edges",
-        claim: "The share of a triangle's area within a distance d of its edges is 1 - (1 - d / ρ)² for an inradius ρ.",
-        source: "what is farther is a similar triangle with the inradius ρ - d",
+        claim: "The fraction of a triangle's area within a distance d of its edges is 1 - (1 - d / ρ)² for an inradius ρ.",
+        source: "the points at a greater distance form a similar triangle with the inradius ρ - d",
         check: Check::Analytic(edges),
     },
 ];
 
-/// A torus with normals and texture coordinates; every vertex is named by a face, in order.
-fn given() -> MeshData {
-    let data = laws::torus();
+/// A torus with normals and texture coordinates. The faces use all vertices, in order.
+fn torus_with_normals() -> MeshData {
+    let data = torus();
     let normals = data.positions.iter().map(|p| p.map(|x| 2.0 * x + 0.1)).collect();
     MeshData { normals: Some(normals), ..data }
 }
 
 fn round_trip(effort: Effort) -> Vec<Finding> {
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
-    let data = given();
+    let data = torus_with_normals();
     let original = Mesh::<Ply>::new(data.clone(), &DAffine3::IDENTITY, false);
     let bare = MeshData { normals: None, uvs: None, ..data.clone() };
     let without = Mesh::<Ply>::new(bare.clone(), &DAffine3::IDENTITY, false);
@@ -87,7 +90,7 @@ fn read(path: &Path, plugin: &str) -> Option<Shape> {
     Shape::read_from(&params).ok()
 }
 
-/// How many of many rays do not meet the same point on both.
+/// The number of random rays whose hits on the two shapes differ.
 fn differences(one: &impl ShapeModel, other: &impl ShapeModel, samples: u32) -> usize {
     let mut stream = Stream::at(&[50]);
     let mut ray = || {
@@ -101,9 +104,10 @@ fn differences(one: &impl ShapeModel, other: &impl ShapeModel, samples: u32) -> 
     (0..samples).filter(|_| differ(ray())).count()
 }
 
-fn numbers(data: &MeshData) -> impl Iterator<Item = [f32; 8]> {
-    let (normals, uvs) =
-        (data.normals.as_ref().expect("it has normals"), data.uvs.as_ref().expect("it has coordinates"));
+/// The position, normal and texture coordinates of each vertex.
+fn vertices(data: &MeshData) -> impl Iterator<Item = [f32; 8]> {
+    let normals = data.normals.as_ref().expect("the mesh has normals");
+    let uvs = data.uvs.as_ref().expect("the mesh has texture coordinates");
     data.positions.iter().zip(normals).zip(uvs).map(|((p, n), uv)| [p[0], p[1], p[2], n[0], n[1], n[2], uv[0], uv[1]])
 }
 
@@ -117,29 +121,30 @@ fn ply_header(data: &MeshData, encoding: &str) -> String {
     )
 }
 
-/// Vertices numbered from a base.
-pub(in crate::shape) fn kcply(data: &MeshData, base: u32) -> String {
+/// A kcply file whose vertex indices start at `base`.
+pub(super) fn kcply(data: &MeshData, base: u32) -> String {
     let mut text = format!("kcply\nelement vertex {}\nelement face {}\n", data.positions.len(), data.triangles.len());
     for [x, y, z] in &data.positions {
-        writeln!(text, "{x} {y} {z}").expect("memory takes every text");
+        writeln!(text, "{x} {y} {z}").expect("writing to a string cannot fail");
     }
     for [a, b, c] in data.triangles.iter().map(|corners| corners.map(|i| i + base)) {
-        writeln!(text, "3 {a} {b} {c}").expect("memory takes every text");
+        writeln!(text, "3 {a} {b} {c}").expect("writing to a string cannot fail");
     }
     text
 }
 
 fn ply_ascii(data: &MeshData) -> String {
     let mut text = ply_header(data, "ascii");
-    let mut line = |numbers: &[String]| writeln!(text, "{}", numbers.join(" ")).expect("memory takes every text");
-    numbers(data).for_each(|vertex| line(&vertex.map(|x| x.to_string())));
+    let mut line =
+        |numbers: &[String]| writeln!(text, "{}", numbers.join(" ")).expect("writing to a string cannot fail");
+    vertices(data).for_each(|vertex| line(&vertex.map(|x| x.to_string())));
     data.triangles.iter().for_each(|[a, b, c]| line(&[3, *a, *b, *c].map(|i| i.to_string())));
     text
 }
 
-fn ply_binary(data: &MeshData, end: &str, float: fn(f32) -> [u8; 4], index: fn(u32) -> [u8; 4]) -> Vec<u8> {
-    let mut bytes = ply_header(data, &format!("binary_{end}_endian")).into_bytes();
-    numbers(data).for_each(|vertex| bytes.extend(vertex.map(float).concat()));
+fn ply_binary(data: &MeshData, byte_order: &str, float: fn(f32) -> [u8; 4], index: fn(u32) -> [u8; 4]) -> Vec<u8> {
+    let mut bytes = ply_header(data, &format!("binary_{byte_order}_endian")).into_bytes();
+    vertices(data).for_each(|vertex| bytes.extend(vertex.map(float).concat()));
     for triangle in &data.triangles {
         bytes.push(3);
         bytes.extend(triangle.map(index).concat());
@@ -147,15 +152,15 @@ fn ply_binary(data: &MeshData, end: &str, float: fn(f32) -> [u8; 4], index: fn(u
     bytes
 }
 
-/// With faces that name the vertices in order first, so that these keep their numbers.
+/// An OBJ file. Its faces use the vertices in order, so that the reader keeps their indices.
 fn obj(data: &MeshData) -> String {
     let mut text = String::new();
-    for [x, y, z, nx, ny, nz, u, v] in numbers(data) {
-        writeln!(text, "v {x} {y} {z}\nvn {nx} {ny} {nz}\nvt {u} {v}").expect("memory takes every text");
+    for [x, y, z, nx, ny, nz, u, v] in vertices(data) {
+        writeln!(text, "v {x} {y} {z}\nvn {nx} {ny} {nz}\nvt {u} {v}").expect("writing to a string cannot fail");
     }
     for triangle in &data.triangles {
         let [a, b, c] = triangle.map(|i| i + 1);
-        writeln!(text, "f {a}/{a}/{a} {b}/{b}/{b} {c}/{c}/{c}").expect("memory takes every text");
+        writeln!(text, "f {a}/{a}/{a} {b}/{b}/{b} {c}/{c}/{c}").expect("writing to a string cannot fail");
     }
     text
 }
@@ -163,8 +168,8 @@ fn obj(data: &MeshData) -> String {
 fn shading_normals(effort: Effort) -> Vec<Finding> {
     let map =
         DAffine3::from_scale(DVec3::new(1.5, 0.7, 0.4)) * DAffine3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.7);
-    let plain = laws::octahedron();
-    // Of unequal lengths, in front of each vertex.
+    let plain = octahedron();
+    // The normals point outwards and have different lengths.
     let normals = plain.positions.iter().enumerate().map(|(i, p)| p.map(|x| x * (0.5 + i as f32))).collect();
     let with_normals = MeshData { normals: Some(normals), ..plain.clone() };
     let cases = [
@@ -179,7 +184,7 @@ fn shading_normals(effort: Effort) -> Vec<Finding> {
             for _ in 0..effort.samples(1000) {
                 let from = 3.0 * warp::square_to_sphere(stream.next_2d());
                 let ray = Ray::new(from, -from);
-                let hit = mesh.intersect(&ray).expect("a ray to the middle meets the mesh");
+                let hit = mesh.intersect(&ray).expect("a ray to the centre hits the mesh");
                 let surface = mesh.surface(&ray, &hit);
                 let q = inverse * surface.p;
                 let expected = (q.x * corners[0] + q.y * corners[1] + q.z * corners[2]).normalize();
@@ -191,7 +196,7 @@ fn shading_normals(effort: Effort) -> Vec<Finding> {
 
 fn vertex_normals(effort: Effort) -> Vec<Finding> {
     let map = DAffine3::from_scale(DVec3::new(1.5, 0.7, 0.4));
-    let data = laws::octahedron();
+    let data = octahedron();
     let mesh = Mesh::<Ply>::new(data.clone(), &map, false);
     let corner = |v: u32| map.transform_point3(DVec3::from_array(data.positions[v as usize].map(f64::from)));
     let normal_at = |v: u32| {
@@ -209,7 +214,7 @@ fn vertex_normals(effort: Effort) -> Vec<Finding> {
         for _ in 0..effort.samples(1000) {
             let from = 3.0 * warp::square_to_sphere(stream.next_2d());
             let ray = Ray::new(from, -from);
-            let hit = mesh.intersect(&ray).expect("a ray to the middle meets the mesh");
+            let hit = mesh.intersect(&ray).expect("a ray to the centre hits the mesh");
             let (b1, b2) = (hit.coordinates.x, hit.coordinates.y);
             let [n0, n1, n2] = data.triangles[hit.primitive as usize].map(normal_at);
             let expected = ((1.0 - b1 - b2) * n0 + b1 * n1 + b2 * n2).normalize();
@@ -222,19 +227,19 @@ fn edges(effort: Effort) -> Vec<Finding> {
     let corners = [DVec3::new(0.5, 0.25, 1.0), DVec3::new(2.5, 0.5, -0.5), DVec3::new(1.0, 2.0, 0.25)];
     let [a, b, c] = corners;
     let positions = corners.map(|p| p.to_array().map(|x| x as f32)).to_vec();
-    let data = MeshData::new(positions, None, None, vec![[0, 1, 2]]).expect("it is a triangle");
+    let data = MeshData::new(positions, None, None, vec![[0, 1, 2]]).expect("the triangle has an area");
     let mesh = Mesh::<Ply>::new(data, &DAffine3::IDENTITY, true);
     let inradius = (b - a).cross(c - a).length() / (a.distance(b) + b.distance(c) + c.distance(a));
     let mut findings = Vec::new();
-    for share in [0.05, 0.3, 0.8] {
+    for fraction in [0.05, 0.3, 0.8] {
         let mut stream = Stream::at(&[53]);
         let near = (0..effort.samples(20_000)).map(|_| {
-            let drawn = mesh.sample_position(stream.next_2d());
-            let surface = Surface::flat(drawn.p, drawn.n, drawn.uv, 0);
-            f64::from(mesh.edge_distance(&surface).is_some_and(|distance| distance <= share * inradius))
+            let sample = mesh.sample_position(stream.next_2d());
+            let surface = Surface::flat(sample.p, sample.n, sample.uv, 0);
+            f64::from(mesh.edge_distance(&surface).is_some_and(|distance| distance <= fraction * inradius))
         });
-        let expected = 1.0 - (1.0 - share) * (1.0 - share);
-        findings.push(Finding::mean(format!("d = {share} ρ"), &near.collect(), expected));
+        let expected = 1.0 - (1.0 - fraction) * (1.0 - fraction);
+        findings.push(Finding::mean(format!("d = {fraction} ρ"), &near.collect(), expected));
     }
     findings
 }
