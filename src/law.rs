@@ -323,3 +323,44 @@ pub fn judge(finding: &Finding, level: f64) -> bool {
         Measured::Test { p, .. } => *p >= level,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_quick_effort_takes_an_eighth_but_not_too_few() {
+        let samples = |standard| Effort::ALL.map(|effort| effort.samples(standard));
+        assert_eq!(samples(60_000), [7500, 60_000, 960_000]);
+        assert_eq!(samples(24), [MIN_SAMPLES, 24, 384]);
+        assert_eq!(samples(3), [3, 3, 48]);
+    }
+
+    #[test]
+    fn only_the_quick_effort_widens_bounds() {
+        assert_eq!([Effort::Standard, Effort::Full].map(|effort| effort.bound(24, 0.01)), [0.01; 2]);
+        // t(0.99, 7) = 2.9980 and t(0.99, 23) = 2.4999 (tables); the factor √3 is that of the standard error.
+        let expected = 0.01 * 3.0_f64.sqrt() * 2.9980 / 2.4999;
+        assert!((Effort::Quick.bound(24, 0.01) / expected - 1.0).abs() < 1e-4);
+        // As many samples as at the standard effort need no wider bound.
+        assert_eq!(Effort::Quick.bound(3, 0.01), 0.01);
+    }
+
+    #[test]
+    fn a_test_of_means_states_the_bias_that_it_detects() {
+        let samples: Moments = (0..1000).map(|i| 2.0 + 0.1 * f64::from(i % 2)).collect();
+        let finding = Finding::mean("a mean", &samples, 2.05);
+        let bias = finding.detectable_bias(0.01).expect("it is a test of means");
+        // (2.5807 + 2.3263) standard errors of 0.05 / √999.
+        assert!((bias / (4.907 * 0.05 / 999_f64.sqrt() / 2.05) - 1.0).abs() < 3e-3, "{bias}");
+        assert_eq!(Finding::test("another", "chi²", 0.5).detectable_bias(0.01), None);
+    }
+
+    #[test]
+    fn an_equivalence_holds_within_its_bound_only() {
+        let exact = |x| Estimate::exact(x);
+        let found = |ours| Finding::equivalent("a mean", &exact(ours), &exact(2.0), 0.01);
+        assert!(judge(&found(2.015), level_of_each()) && !judge(&found(2.025), level_of_each()));
+        assert!(!judge(&found(f64::NAN), level_of_each()));
+    }
+}

@@ -44,7 +44,7 @@ fn help_names_the_exit_codes_and_every_option() {
         ("merge", &["--output", "--checkpoint", "--partial", "--png", "--layer", "--exposure"]),
         ("photons", &["-D", "--param", "--seed", "--threads", "--ply", "--npy", "numpy.load"]),
         ("compare", &["--json", "--pictures"]),
-        ("verify", &["--only", "--full", "--threads", "--root"]),
+        ("verify", &["--only", "--standard", "--full", "--verbose", "--times", "--threads", "--root"]),
         ("plugins", &["[NAME]", "--mitsuba"]),
     ];
     for (command, options) in options {
@@ -507,7 +507,10 @@ fn verify_ends_with_0_1_or_2() {
     let verify = |only: &str| run(&mut folder.etendue(&format!("verify --verbose --only {only}")));
     let said = verify("reference/*");
     assert_eq!(said.code, Some(0), "{}{}", said.out, said.err);
-    assert!(said.out.contains("holds  reference/depth-crop") && said.out.contains("1 rows, 0 failed"), "{}", said.out);
+    assert!(said.out.contains("1 rows, 0 failed") && said.out.contains("part.html"), "{}", said.out);
+    assert!(!said.out.contains("reference/depth-crop"), "{}", said.out);
+    let said = verify("reference/* --verbose --times");
+    assert!(said.out.contains("holds  reference/depth-crop") && said.out.contains("in seconds"), "{}", said.out);
     // Some rows only do not replace the page of all.
     assert!(folder.path("reports/verify/part.html").exists() && !folder.path("reports/verify/index.html").exists());
 
@@ -529,6 +532,26 @@ fn tamper(path: &Path) {
         values.iter_mut().for_each(|value| *value *= 1.01);
     }
     exr::write(path, &image).unwrap();
+}
+
+#[test]
+fn verify_states_its_effort_and_what_it_could_have_detected() {
+    let folder = small_root();
+    for (options, effort, required) in [("", "quick", "2"), (" --standard", "standard", "0.5")] {
+        let said = run(&mut folder.etendue(&format!("verify --only reference/*{options}")));
+        assert_eq!(said.code, Some(0), "{}{}", said.out, said.err);
+        assert!(said.out.contains(&format!("{required}\u{202f}% was required")), "{}", said.out);
+        assert!(said.out.contains(&format!("{effort} effort")), "{}", said.out);
+    }
+    let said = run(&mut folder.etendue("verify --standard --full"));
+    assert_eq!(said.code, Some(2), "{}", said.err);
+}
+
+#[test]
+fn a_selection_of_laws_holds_where_all_hold() {
+    let folder = small_root();
+    let said = run(&mut folder.etendue("verify --standard --only transport/*"));
+    assert_eq!(said.code, Some(0), "{}{}", said.out, said.err);
 }
 
 #[test]
