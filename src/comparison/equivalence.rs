@@ -12,22 +12,22 @@ use crate::{
 const BOUND: f64 = 0.015;
 const BOUND_OF_QUARTER: f64 = 0.03;
 
-/// Whether a photon-mapped image is equivalent to a reference, once its radii are extrapolated to 0: the means of its
-/// channels, and the luminance of its quarters. There is one renderer for each of [`TO_RADIUS_ZERO`]; all of a pass use the same
-/// photons and the same samples.
+/// Tests whether a photon-mapped image, extrapolated to a radius of 0, is equivalent to a reference: the means of its channels,
+/// and the luminance of its quarters. There is one renderer for each radius of [`TO_RADIUS_ZERO`]; the three use the same
+/// photons and the same samples in each of `replicates` replicates.
 ///
-/// Bias of density estimates is even in the radius; an image that has it is never put to a test of difference.
+/// The bias of density estimates is even in the radius. A biased image is never put to a test of difference.
 #[must_use]
 pub fn photon_map(
     renderers: &[Renderer; 3],
     reference: &Reference,
-    passes: u64,
+    replicates: u64,
     samples: u32,
     seed: u64,
 ) -> Vec<Finding> {
     let without_specular = reference.provenance.shows_no_specular();
     let mut means = [Moments::default(); 7];
-    for number in 0..passes {
+    for number in 0..replicates {
         let mut sums = [0.0; 7];
         for (renderer, (_, weight)) in renderers.iter().zip(TO_RADIUS_ZERO) {
             let pixels = pixels(renderer, Replicate { seed, number, samples }, without_specular);
@@ -37,7 +37,7 @@ pub fn photon_map(
     }
     let expected = summary(&reference.pixels, reference.width);
     let finding = |i: usize| {
-        let ours = Estimate::from_moments(&means[i]).expect("there are two passes or more");
+        let ours = Estimate::from_moments(&means[i]).expect("there are two replicates or more");
         let reference = Estimate { mean: expected[i], variance_of_mean: variance(reference, i), dof: f64::INFINITY };
         let bound = if i < 3 { BOUND } else { BOUND_OF_QUARTER };
         Finding::equivalent(NAMES[i], &ours, &reference, bound)

@@ -18,11 +18,11 @@ use crate::{
 /// By how much the image of a scene is falsified, to see that its verdict would notice.
 pub const SCALED: f64 = 1.005;
 
-/// Samples per pixel of a pass, and passes to begin with.
+/// Samples per pixel of a replicate, and the number of replicates to begin with.
 const SAMPLES: u32 = 32;
-pub(super) const PASSES: u64 = 32;
+pub(super) const REPLICATES: u64 = 32;
 /// A scene that needs more is declared undecided.
-const MAX_PASSES: u64 = 256;
+const MAX_REPLICATES: u64 = 256;
 /// The seed of all comparisons. It is fixed, so that a failure can be looked into.
 pub(super) const SEED: u64 = 20_261;
 
@@ -33,12 +33,12 @@ pub(super) fn compare_scene(scene: SceneFile, effort: Effort) -> Result<SceneEvi
     reference.check_fresh(&scene.reference, &scene.path)?;
     let renderer = Renderer::new(&xml::read(&scene.path, &[])?, &Overrides::default())?;
     let first = Replicate { seed: SEED, number: 0, samples: SAMPLES };
-    let mut ours = ImageEstimate::of_replicates(&renderer, first, u64::from(effort.samples(1)).min(4) * PASSES);
+    let mut ours = ImageEstimate::of_replicates(&renderer, first, u64::from(effort.samples(1)).min(4) * REPLICATES);
     let mut found = comparison::with_reference(&ours, &reference)?;
     // How many samples a verdict needs follows from the scatter alone, not from the difference, so going on is fair.
     if let Some(Outcome::Undecided { needed_factor: Some(factor) }) = found.verdict.as_ref().map(|v| v.outcome) {
-        let passes = ((1.1 * factor * PASSES as f64).ceil() as u64).min(MAX_PASSES);
-        ours = ImageEstimate::of_replicates(&renderer, first, passes);
+        let count = ((1.1 * factor * REPLICATES as f64).ceil() as u64).min(MAX_REPLICATES);
+        ours = ImageEstimate::of_replicates(&renderer, first, count);
         found = comparison::with_reference(&ours, &reference)?;
     }
     let scaled = comparison::with_reference(&ours.scaled(SCALED), &reference)?;
@@ -50,7 +50,7 @@ pub(super) fn compare_scene(scene: SceneFile, effort: Effort) -> Result<SceneEvi
         reference_by: format!("{} {} {}, {spp} spp", by.renderer, by.version, by.variant),
         conclusion: found.conclusion(),
         passed: outcome(&found) == Some(Outcome::Agrees) && outcome(&scaled) == Some(Outcome::Differs),
-        scaled: outcome(&scaled).expect("passes have scatter"),
+        scaled: outcome(&scaled).expect("replicates have scatter"),
         seconds: start.elapsed().as_secs_f64(),
         reproduce: vec![
             verify_command(&scene.name, effort),
