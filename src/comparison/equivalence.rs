@@ -27,7 +27,7 @@ pub struct Work {
 /// channels, and the luminance of its quarters. There is one renderer for each of [`TO_RADIUS_ZERO`]; all of a pass use the same
 /// photons and the same samples.
 ///
-/// Bias of density estimates is even in the radius; an image that has it is never put to a test of difference.
+/// The bias of density estimates is even in the radius. A biased image is never put to a test of difference.
 #[must_use]
 pub fn photon_map(renderers: &[Renderer; 3], reference: &Reference, work: &Work) -> Vec<Finding> {
     let without_specular = reference.provenance.shows_no_specular();
@@ -43,7 +43,7 @@ pub fn photon_map(renderers: &[Renderer; 3], reference: &Reference, work: &Work)
     }
     let expected = summary(&reference.pixels, reference.width);
     let finding = |i: usize| {
-        let ours = Estimate::from_moments(&means[i]).expect("there are two passes or more");
+        let ours = Estimate::from_moments(&means[i]).expect("there are two replicates or more");
         let reference = Estimate { mean: expected[i], variance_of_mean: variance(reference, i), dof: f64::INFINITY };
         let bound = if i < 3 { BOUND } else { BOUND_OF_QUARTER };
         Finding::equivalent(NAMES[i], &ours, &reference, work.widening * bound)

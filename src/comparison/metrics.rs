@@ -2,15 +2,15 @@ use serde::{Deserialize, Serialize};
 
 use crate::stats::tiles::luminance;
 
-/// Error metrics over all pixels and channels.
+/// Error metrics over all pixels and channels, in units of radiance where no other is named.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Metrics {
-    /// The mean of the differences, of the test from the reference: the difference of the two means.
+    /// The mean of test minus reference.
     pub bias: f64,
-    /// The root of the mean of the squared differences.
+    /// The square root of the mean squared difference.
     pub rmse: f64,
-    /// The mean of squared differences over squared references, the latter at least a hundredth of the mean squared;
-    /// after Rousselle et al. 2011, who add 1e-3 to the radiance instead.
+    /// The mean of squared differences divided by squared references, without unit. The divisor is at least a hundredth of the
+    /// squared mean; Rousselle et al. 2011 add 1e-3 to the radiance instead.
     pub relative_mse: f64,
     /// The mean of the test.
     pub mean: f64,
@@ -19,7 +19,7 @@ pub struct Metrics {
 }
 
 impl Metrics {
-    /// Of two images of the same size.
+    /// The metrics of two images of the same size.
     #[must_use]
     pub fn new(test: &[[f64; 3]], reference: &[[f64; 3]]) -> Self {
         let pairs = || test.iter().flatten().zip(reference.iter().flatten());

@@ -1,4 +1,7 @@
-//! Our image against another: the verdict of `stats::verdict` and the usual error metrics.
+//! Comparison of two images: the verdict of [`stats::verdict`](crate::stats::verdict) and the usual error metrics.
+//!
+//! [`ImageEstimate::of_image`] takes an image of a film or of a file, [`ImageEstimate::of_replicates`] renders one. Then
+//! [`with_image`] compares two of them, and [`with_reference`] one with a reference that Mitsuba rendered.
 
 pub mod equivalence;
 mod metrics;
@@ -20,26 +23,26 @@ use crate::{
     },
 };
 
-/// The edge of a tile in pixels.
+/// The edge length in pixels of the square tiles whose means are compared.
 pub const TILE: usize = 8;
 
-/// All that a comparison finds out.
+/// The result of a comparison.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Comparison {
-    /// The verdict; None if an image without variances leaves nothing to test by.
+    /// The verdict; None if an image has no variances to test by.
     pub verdict: Option<Verdict>,
-    /// The images that lack variances.
+    /// The names of the images that lack variances.
     pub without_variances: Vec<String>,
-    /// Whether all pixels are the same, to the last bit.
+    /// Whether all pixels are equal to the last bit.
     pub identical: bool,
-    /// Error metrics, which know nothing of noise.
+    /// Error metrics, which do not account for noise.
     pub metrics: Metrics,
-    /// Samples per pixel of ours, as far as it is known.
+    /// Samples per pixel of the test image; None if unknown.
     pub spp: Option<u64>,
 }
 
 impl Comparison {
-    /// The outcome in words.
+    /// The outcome in words, one line.
     #[must_use]
     pub fn conclusion(&self) -> String {
         if self.identical {
@@ -63,16 +66,16 @@ impl Comparison {
     }
 }
 
-/// Why two images could not be compared; one line.
+/// The reason why two images could not be compared. Displays as one line.
 #[derive(Debug, thiserror::Error)]
 pub enum ComparisonError {
-    /// A file.
+    /// A file cannot be read.
     #[error(transparent)]
     File(#[from] FileError),
-    /// A reference folder.
+    /// A reference cannot be read.
     #[error(transparent)]
     Reference(#[from] ReferenceError),
-    /// Sizes.
+    /// The images have different sizes.
     #[error("{name}: is {}x{} pixels; the reference has {}x{}", found.0, found.1, expected.0, expected.1)]
     Size {
         /// The file that does not fit.
@@ -82,13 +85,13 @@ pub enum ComparisonError {
         /// The reference's.
         expected: (usize, usize),
     },
-    /// A channel.
+    /// An image lacks a channel.
     #[error("{name}: has no channels R, G and B")]
     NoColour {
         /// The file.
         name: String,
     },
-    /// A value.
+    /// A pixel is infinite or not a number.
     #[error("{name}: the pixel in column {column}, row {row} is not finite")]
     NotFinite {
         /// The file.
@@ -98,7 +101,7 @@ pub enum ComparisonError {
         /// From 0.
         row: usize,
     },
-    /// A variance.
+    /// A variance is negative, infinite or not a number.
     #[error("{name}: the variance of the pixel in column {column}, row {row} is negative or not finite")]
     Variance {
         /// The file.
@@ -108,47 +111,49 @@ pub enum ComparisonError {
         /// From 0.
         row: usize,
     },
-    /// Reduction to tiles.
+    /// The images cannot be reduced to tiles.
     #[error(transparent)]
     Tiles(#[from] TilesError),
-    /// The verdict itself.
+    /// There is no verdict on the tiles.
     #[error(transparent)]
     Verdict(#[from] VerdictError),
 }
 
-/// One side of a comparison: linear pixels row by row, with what is known of their uncertainty.
+/// One side of a comparison: an image in linear Rec. 709 with its uncertainty.
 #[derive(Clone, Debug)]
 pub struct ImageEstimate {
-    /// What messages call it.
+    /// Its name in messages.
     pub name: String,
-    /// Columns.
+    /// The number of columns.
     pub width: usize,
-    /// Rows.
+    /// The number of rows.
     pub height: usize,
-    /// Means.
+    /// Red, green and blue of each pixel, row by row from the top left.
     pub pixels: Vec<[f64; 3]>,
-    /// How uncertain they are.
+    /// The uncertainty of the pixels.
     pub uncertainty: Uncertainty,
-    /// Samples per pixel.
+    /// Samples per pixel; None if unknown. The degrees of freedom of the variances and the advice for more samples follow
+    /// from it.
     pub spp: Option<u64>,
 }
 
-/// How uncertain the pixels of an image are.
+/// The uncertainty of the pixels of an image.
 #[derive(Clone, Debug)]
 pub enum Uncertainty {
-    /// Nobody knows.
+    /// Unknown: there is no verdict.
     Unknown,
-    /// The variance of every pixel's mean; pixels are independent.
+    /// The variance of the mean of each pixel. Pixels are assumed to be independent.
     Pixels(Vec<[f64; 3]>),
-    /// The images whose mean it is, independent of each other; about pixels nothing is assumed.
-    Passes(Vec<Vec<[f64; 3]>>),
+    /// The replicates whose mean the image is. They are assumed to be independent; their pixels are not.
+    Replicates(Vec<Vec<[f64; 3]>>),
 }
 
 impl ImageEstimate {
-    /// The image of a file.
+    /// The image of a film or of a file. The number of samples comes from the attribute `etendue.spp` of the header; set
+    /// [`ImageEstimate::spp`] where there is none.
     ///
     /// # Errors
-    /// If it lacks R, G or B, or has a pixel or a variance that cannot be.
+    /// If the image lacks R, G or B, a pixel is not finite, or a variance is negative or not finite.
     pub fn of_image(name: &str, image: &Image) -> Result<Self, ComparisonError> {
         let wide = |plane: Vec<[f32; 3]>| plane.into_iter().map(|p| p.map(f64::from)).collect::<Vec<_>>();
         let pixels = image.rgb(["R", "G", "B"]).map(wide);
@@ -175,33 +180,37 @@ impl ImageEstimate {
         Ok(Self { name: name.to_owned(), width, height, pixels, uncertainty, spp })
     }
 
-    /// Renders so many passes, the first of the given number.
+    /// Renders `count` replicates, beginning with `first`, and takes their mean. Its uncertainty is the scatter of the
+    /// replicates, which also holds for integrators whose images have no variances.
+    ///
+    /// # Panics
+    /// If `count` is 0.
     #[must_use]
-    pub fn of_replicates(renderer: &Renderer, first: Replicate, passes: u64) -> Self {
+    pub fn of_replicates(renderer: &Renderer, first: Replicate, count: u64) -> Self {
         let crop = renderer.scene.sensor.film.rendered();
         let render = |k| renderer.render(Replicate { number: first.number + k, ..first }, &|_| {}).means();
-        let images: Vec<Vec<[f64; 3]>> = (0..passes).map(render).collect();
-        let mean = |p: usize| [0, 1, 2].map(|c| images.iter().map(|image| image[p][c]).sum::<f64>() / passes as f64);
+        let images: Vec<Vec<[f64; 3]>> = (0..count).map(render).collect();
+        let mean = |p: usize| [0, 1, 2].map(|c| images.iter().map(|image| image[p][c]).sum::<f64>() / count as f64);
         Self {
             name: "ours".into(),
             width: crop.width as usize,
             height: crop.height as usize,
             pixels: (0..images[0].len()).map(mean).collect(),
-            uncertainty: Uncertainty::Passes(images),
-            spp: Some(passes * u64::from(first.samples)),
+            uncertainty: Uncertainty::Replicates(images),
+            spp: Some(count * u64::from(first.samples)),
         }
     }
 
-    /// How it is cut into tiles.
+    /// The division into tiles.
     #[must_use]
     pub fn tiling(&self) -> Tiling {
         Tiling { width: self.width, height: self.height, size: TILE }
     }
 
-    /// The tiles of the pixels in a mask, if the uncertainty is known.
+    /// The means of the tiles over the pixels in a mask; None if the uncertainty is unknown.
     ///
     /// # Errors
-    /// If the mask is of another size, or there is only one pass.
+    /// If the mask has another size, or there is only one replicate.
     pub fn tiles(&self, mask: &[bool]) -> Result<Option<TiledMeans>, TilesError> {
         let tiling = self.tiling();
         match &self.uncertainty {
@@ -210,21 +219,23 @@ impl ImageEstimate {
                 let pixels = PixelMeans { mean: &self.pixels, variance_of_mean: variances, mask, dof: self.dof() };
                 TiledMeans::from_pixels(&tiling, &pixels).map(Some)
             }
-            Uncertainty::Passes(images) => {
+            Uncertainty::Replicates(images) => {
                 let batches = images.iter().map(|image| tiling.means(image, mask)).collect::<Result<Vec<_>, _>>()?;
                 TiledMeans::from_batches(tiling.columns(), tiling.rows(), &batches, &tiling.counts(mask)?).map(Some)
             }
         }
     }
 
-    /// The same image, brighter: what a verdict must be able to see.
+    /// The same image times a factor: a known bias, to check that a verdict detects it.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         let scale = |pixels: &Vec<[f64; 3]>, factor: f64| pixels.iter().map(|p| p.map(|x| factor * x)).collect();
         let uncertainty = match &self.uncertainty {
             Uncertainty::Unknown => Uncertainty::Unknown,
             Uncertainty::Pixels(variances) => Uncertainty::Pixels(scale(variances, factor * factor)),
-            Uncertainty::Passes(images) => Uncertainty::Passes(images.iter().map(|i| scale(i, factor)).collect()),
+            Uncertainty::Replicates(images) => {
+                Uncertainty::Replicates(images.iter().map(|i| scale(i, factor)).collect())
+            }
         };
         Self { pixels: scale(&self.pixels, factor), uncertainty, ..self.clone() }
     }
@@ -235,10 +246,10 @@ impl ImageEstimate {
     }
 }
 
-/// Compares an image with a reference folder, with the default levels and ambition.
+/// Compares an image with a reference.
 ///
 /// # Errors
-/// If sizes differ.
+/// If the sizes differ, or nothing can be compared.
 pub fn with_reference(test: &ImageEstimate, reference: &Reference) -> Result<Comparison, ComparisonError> {
     with_reference_configured(test, reference, &VerdictConfig::default())
 }
@@ -267,10 +278,11 @@ pub fn with_reference_configured(
     })
 }
 
-/// Compares two images with the default levels and ambition; what both show without noise is held to a tolerance.
+/// Compares two images, which are assumed to be independent: renders of different seeds. Pixels without noise in both images
+/// are compared within a tolerance.
 ///
 /// # Errors
-/// If sizes differ.
+/// If the sizes differ, or nothing can be compared.
 pub fn with_image(test: &ImageEstimate, reference: &ImageEstimate) -> Result<Comparison, ComparisonError> {
     with_image_configured(test, reference, &VerdictConfig::default())
 }
@@ -315,11 +327,11 @@ impl ImageEstimate {
         match &self.uncertainty {
             Uncertainty::Unknown => true,
             Uncertainty::Pixels(variances) => variances[pixel] != [0.0; 3],
-            Uncertainty::Passes(images) => images.iter().any(|image| image[pixel] != images[0][pixel]),
+            Uncertainty::Replicates(images) => images.iter().any(|image| image[pixel] != images[0][pixel]),
         }
     }
 
-    /// What is known of the channels of a pixel.
+    /// The estimates of the three channels of a pixel.
     fn estimates(&self, pixel: usize) -> [Estimate; 3] {
         let mean = self.pixels[pixel];
         [0, 1, 2].map(|c| match &self.uncertainty {
@@ -327,9 +339,9 @@ impl ImageEstimate {
             Uncertainty::Pixels(variances) => {
                 Estimate { mean: mean[c], variance_of_mean: variances[pixel][c], dof: self.dof() }
             }
-            Uncertainty::Passes(images) => {
-                let passes: Moments = images.iter().map(|image| image[pixel][c]).collect();
-                Estimate::from_moments(&passes).unwrap_or(Estimate::exact(mean[c]))
+            Uncertainty::Replicates(images) => {
+                let moments: Moments = images.iter().map(|image| image[pixel][c]).collect();
+                Estimate::from_moments(&moments).unwrap_or(Estimate::exact(mean[c]))
             }
         })
     }

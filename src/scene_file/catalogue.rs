@@ -8,8 +8,8 @@
 /// }
 /// ```
 ///
-/// Each member has the constant `PLUGIN` and `fn read(&Params) -> Result<Self, SceneError>` of [`Described`](super::Described), and implements
-/// the traits, which bear the attribute `#[enum_dispatch]`: it forwards every method, those with a default too, and makes
+/// Each member has the constant `PLUGIN` and `fn read(&Params) -> Result<Self, SceneError>` of
+/// [`Described`](super::Described), and implements the traits, which bear the attribute `#[enum_dispatch]`: it forwards every method, those with a default too, and makes
 /// the enum from any member. Without a trait there is neither.
 macro_rules! catalogue {
     ($(#[$meta:meta])* pub enum $Enum:ident $(: $Model:ident $(+ $More:ident)*)? in $category:expr, {

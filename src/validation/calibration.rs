@@ -7,7 +7,7 @@ use crate::{
     render::{Renderer, Replicate},
     scene_file::xml,
     stats::{Outcome, Verdict, binomial},
-    validation::reference::{PASSES, SEED},
+    validation::reference::{REPLICATES, SEED},
 };
 
 /// This law.
@@ -32,10 +32,10 @@ fn calibrate(scene: &SceneFile, effort: Effort) -> Result<Vec<Finding>, CheckErr
     };
     let renderer = Renderer::new(&xml::read(&scene.path, &[])?, &Overrides::default())?;
     let side =
-        |number| ImageEstimate::of_replicates(&renderer, Replicate { seed: SEED + 1, number, samples: 2 }, PASSES);
+        |number| ImageEstimate::of_replicates(&renderer, Replicate { seed: SEED + 1, number, samples: 2 }, REPLICATES);
     let mut rejected = 0;
     for i in 0..comparisons {
-        let (one, other) = (side(2 * i * PASSES), side((2 * i + 1) * PASSES));
+        let (one, other) = (side(2 * i * REPLICATES), side((2 * i + 1) * REPLICATES));
         let verdict = comparison::with_image(&one, &other)?.verdict;
         rejected += u64::from(verdict.is_some_and(|verdict: Verdict| verdict.outcome == Outcome::Differs));
     }

@@ -43,10 +43,10 @@ fn renderer(ball: &str) -> Renderer {
 }
 
 fn same_image(effort: Effort) -> Vec<Finding> {
-    const PASSES: u64 = 32;
+    const REPLICATES: u64 = 32;
     let (samples, config, scale) = (effort.samples(32), effort.verdict(), effort.falsification());
     let side = |ball: &str, number: u64| {
-        ImageEstimate::of_replicates(&renderer(ball), Replicate { seed: 70, number, samples }, PASSES)
+        ImageEstimate::of_replicates(&renderer(ball), Replicate { seed: 70, number, samples }, REPLICATES)
     };
     let reference = side(SPHERE, 0);
     let compare = |(name, ball, first): (&str, &str, u64)| {
@@ -61,5 +61,5 @@ fn same_image(effort: Effort) -> Vec<Finding> {
             Finding::error(format!("{name}, times {scale} differs"), f64::from(brighter != Outcome::Differs), 0.0),
         ]
     };
-    [("quadric", QUADRIC, PASSES), ("two halves", HALVES, 2 * PASSES)].into_iter().flat_map(compare).collect()
+    [("quadric", QUADRIC, REPLICATES), ("two halves", HALVES, 2 * REPLICATES)].into_iter().flat_map(compare).collect()
 }

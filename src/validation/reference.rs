@@ -15,10 +15,10 @@ use crate::{
     validation::evidence::{EvidenceError, Images, SceneEvidence},
 };
 
-/// Passes of an image to begin with.
-pub(super) const PASSES: u64 = 32;
+/// The number of replicates to begin with.
+pub(super) const REPLICATES: u64 = 32;
 /// A scene that needs more is declared undecided.
-const MAX_PASSES: u64 = 256;
+const MAX_REPLICATES: u64 = 256;
 /// The seed of all comparisons. It is fixed, so that a failure can be looked into.
 pub(super) const SEED: u64 = 20_261;
 
@@ -35,7 +35,7 @@ pub(super) fn compare_scene(scene: SceneFile, effort: Effort) -> Result<SceneEvi
     let mut found = comparison::with_reference_configured(&ours, &reference, &config)?;
     // How many samples a verdict needs follows from the scatter alone, not from the difference, so going on is fair.
     if let Some(Outcome::Undecided { needed_factor: Some(factor) }) = found.verdict.as_ref().map(|v| v.outcome) {
-        let passes = ((1.1 * factor * passes as f64).ceil() as u64).min(MAX_PASSES);
+        let passes = ((1.1 * factor * passes as f64).ceil() as u64).min(MAX_REPLICATES);
         ours = ImageEstimate::of_replicates(&renderer, first, passes);
         found = comparison::with_reference_configured(&ours, &reference, &config)?;
     }
@@ -69,9 +69,9 @@ pub(super) fn compare_scene(scene: SceneFile, effort: Effort) -> Result<SceneEvi
 /// Samples per pixel of a pass, and passes to begin with.
 fn schedule(effort: Effort) -> (u32, u64) {
     match effort {
-        Effort::Quick => (4, PASSES),
-        Effort::Standard => (32, PASSES),
-        Effort::Full => (32, 4 * PASSES),
+        Effort::Quick => (4, REPLICATES),
+        Effort::Standard => (32, REPLICATES),
+        Effort::Full => (32, 4 * REPLICATES),
     }
 }
 

@@ -10,7 +10,7 @@ use crate::{
     scene::Scene,
 };
 
-/// The photon maps of an iteration.
+/// The photon maps of a replicate.
 #[derive(Debug)]
 pub(super) struct Maps {
     pub(super) global: PhotonMap,
@@ -70,7 +70,7 @@ impl Settings {
 }
 
 impl Maps {
-    /// Emits all photons of a pass.
+    /// Emits all photons of a replicate.
     pub(super) fn new(scene: &Scene, settings: &Settings, seed: u64, replicate: u64) -> Self {
         let [global_lookup, caustic_lookup] = settings.lookups(scene);
         let mut notes = Notes::default();

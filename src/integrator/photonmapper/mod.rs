@@ -17,10 +17,10 @@ use crate::{
     transport::PathClass,
 };
 
-/// Jensen's photon mapping in two passes. The first pass emits photons for two maps: a *global* map of all light on surfaces
-/// with a smooth lobe, `L(S|D)*D`, and a map of *caustics*, `LS+D`, whose photons are aimed at mirrors and glass. The second
-/// pass traces camera paths through mirrors and glass to the first surface with a smooth lobe. The image has four layers, which
-/// add up to it:
+/// Jensen's photon mapping in two steps. The first emits photons: some for a *global* map of all light on surfaces that
+/// scatter over more than single directions, `L(S|D)*D`, others, aimed at mirrors and glass, for a map of *caustics*,
+/// `LS+D`. The second follows paths from the camera through mirrors and glass, by chance where there is a choice, and
+/// finds what the first other surface shows in three parts. So the image has four layers, which add up to it:
 ///
 /// | layer | paths | found by |
 /// |---|---|---|
@@ -50,7 +50,7 @@ impl Described for PhotonMapper {
         category: Category::Integrator,
         manual: manual!("mod.rs": "PhotonMapper"),
         name: "photonmapper",
-        summary: "Photon mapping in two passes, with a map of its own for caustics.",
+        summary: "Photon mapping in two steps, with a map of its own for caustics.",
         params: PARAMS,
         examples: &[
             r#"<integrator type="photonmapper"><integer name="max_depth" value="8"/></integrator>"#,
@@ -67,7 +67,7 @@ impl Described for PhotonMapper {
 }
 
 impl PhotonMapper {
-    /// Emits the photons of one of its maps: those with which it renders a pass. None if it is the map of caustics and
+    /// Emits the photons of one of its maps: those with which it renders a replicate. None if it is the map of caustics and
     /// nothing in the scene casts any.
     #[must_use]
     pub fn trace_photons(

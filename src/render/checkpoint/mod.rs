@@ -51,7 +51,7 @@ pub struct Identity {
     pub samples: Option<u32>,
     /// The seed.
     pub seed: u64,
-    /// The number of the pass.
+    /// The number of the replicate.
     pub replicate: u64,
     /// The film.
     pub frame: Frame,
