@@ -13,8 +13,10 @@ pub(super) struct Sides<'a> {
     pub(super) images: [Option<&'a Image>; 2],
 }
 
-/// So many times as many samples are taken of a side that is too noisy by an unknown factor.
+/// The factor by which the samples of a side grow that is too noisy by an unknown factor.
 const MORE: f64 = 16.0;
+/// The number of samples that a verdict needs is estimated from noise; with half as many again it is surely reached.
+const MARGIN: f64 = 1.5;
 
 /// What decides between *agrees* and *differs*, if nothing has.
 pub(super) fn step(comparison: &Comparison, sides: &Sides<'_>) -> Option<String> {
@@ -25,6 +27,7 @@ pub(super) fn step(comparison: &Comparison, sides: &Sides<'_>) -> Option<String>
             (0..2).find_map(|side| command(sides, side, MORE).filter(|_| sides.images[side].and_then(spp) == Some(1)))
         }
         Some(Outcome::Undecided { needed_factor: Some(factor) }) => {
+            let factor = MARGIN * factor;
             let by_hand = || format!("render {} with {factor:.1} times as many samples", sides.files[0].display());
             Some(command(sides, 0, factor).unwrap_or_else(by_hand))
         }
