@@ -77,7 +77,7 @@ impl Cli {
     }
 }
 
-/// Prints a line. That its reader has left already is no fault: it has seen what it wanted.
+/// Prints a line. Ignores a broken pipe.
 pub(crate) fn say(line: impl Display) -> anyhow::Result<()> {
     match writeln!(io::stdout(), "{line}") {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),

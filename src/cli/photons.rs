@@ -18,7 +18,7 @@ use super::{check_writable, say, source::SceneOptions};
 /// Photons are packets of light that are followed from the lights. Photon mapping keeps them wherever they meet a surface
 /// that scatters over more than single directions: in the global map all of them, in the caustic map those alone that
 /// mirrors or glass cast there, which get emissions of their own. They are exactly those that `etendue render` uses with
-/// the same seed and parameters. If the scene's integrator is no photonmapper, one with default parameters emits them,
+/// the same seed and parameters. If the scene's integrator is not photonmapper, one with default parameters emits them,
 /// which keeps max_depth and rr_depth; set others with --param, such as --param global_photons=10000.
 ///
 /// The table has a row for each class: direct (straight from a light), caustic (by way of mirrors or glass alone),

@@ -43,7 +43,7 @@ impl Plugins {
     }
 }
 
-/// That there is no such plugin, and what was probably meant.
+/// The error for an unknown plugin, with the name that was probably meant.
 fn unknown(name: &str) -> String {
     if let Some(theirs) = mitsuba::PLUGINS.iter().find(|plugin| plugin.name == name) {
         return format!("no {} is called \"{name}\" here; {}", theirs.category, theirs.missing());

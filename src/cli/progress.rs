@@ -162,7 +162,7 @@ fn time(seconds: f64) -> String {
     }
 }
 
-/// A number with so many significant digits, all of those before the point.
+/// A number to a number of significant digits, but with all digits before the point.
 fn digits(x: f64, significant: i32) -> String {
     if x == 0.0 {
         return "0".to_owned();

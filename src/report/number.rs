@@ -5,7 +5,7 @@ use crate::plot::power_of_ten;
 /// A narrow space that does not break.
 const THIN: char = '\u{202f}';
 
-/// A number to so many significant digits, without trailing zeros; below 0.001 and from a million on as a power of
+/// A number to some significant digits, without trailing zeros; below 0.001 and from a million on as a power of
 /// ten.
 pub(crate) fn significant(x: f64, digits: usize) -> String {
     if !x.is_finite() || x == 0.0 {

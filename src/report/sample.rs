@@ -34,7 +34,7 @@ pub(super) fn many(tests: &[(f64, bool)]) -> Vec<Row> {
     tests.iter().enumerate().map(test).collect()
 }
 
-/// A scene of 8 × 16 pixels, two tiles; ours is off by so many standard errors.
+/// A scene of 8 × 16 pixels, two tiles; ours differs by a number of standard errors.
 fn scene(name: &str, off: f64, outcome: Outcome) -> SceneEvidence {
     let estimate = |mean| Estimate { mean, variance_of_mean: 1e-8, dof: 31.0 };
     let side = |mean| TiledMeans {

@@ -196,7 +196,7 @@ impl<'d> Params<'d> {
     pub fn numbers(&self, name: &str) -> Result<Vec<f64>, SceneError> {
         let parse = |item: &str| {
             let number = item.parse().ok().filter(|x: &f64| x.is_finite());
-            number.ok_or_else(|| self.error(name, format!("\"{item}\" in \"{name}\" is no finite number")))
+            number.ok_or_else(|| self.error(name, format!("\"{item}\" in \"{name}\" is not a finite number")))
         };
         let items = self.string(name)?.split(|c: char| c == ',' || c.is_ascii_whitespace());
         items.filter(|item| !item.is_empty()).map(parse).collect()

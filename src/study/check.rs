@@ -247,7 +247,8 @@ fn check_contest(study: &Study, comparison: &Spanned<ComparisonSpec>) -> Result<
 }
 
 fn glob(study: &Study, pattern: &Spanned<String>) -> Result<Pattern, StudyError> {
-    let fault = |error| study.fault(pattern.span().start, format!("\"{}\" is no pattern: {error}", pattern.as_ref()));
+    let fault =
+        |error| study.fault(pattern.span().start, format!("\"{}\" is not a pattern: {error}", pattern.as_ref()));
     Pattern::new(pattern.as_ref()).map_err(fault)
 }
 
@@ -328,7 +329,7 @@ mod tests {
             ("slope = -0.5", "slope = nan", "not finite"),
             ("slope = -0.5", "slope = -0.5\nzero = true", "one prediction"),
             ("slope = -0.5", "methods = \"pth\"", "no method matches \"pth\"; there are: path"),
-            ("slope = -0.5", "methods = \"[\"", "is no pattern"),
+            ("slope = -0.5", "methods = \"[\"", "is not a pattern"),
             ("slope = -0.5", "finite_n = [{progressive_bias = {alpha = 1.5}}]", "alpha is 1.5"),
             ("slope = -0.5", "finite_n = []", "one curve or two"),
             ("y = \"rmse\"", "y = \"error\"", "unknown variant `error`"),

@@ -83,7 +83,7 @@ pub struct RunExecutor {
 }
 
 impl RunExecutor {
-    /// Makes runs of ours, several at a time, and tells of each when its image is there.
+    /// Executes runs of étendue, several at a time, and calls `made` for each when its image exists.
     ///
     /// # Errors
     /// The first that occurs: what a process said that failed, or what `made` answers. Those that are under way are finished

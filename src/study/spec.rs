@@ -124,7 +124,7 @@ pub(super) struct RenderSpec {
     pub(super) sampler: Option<String>,
     pub(super) spp: u32,
     pub(super) seed: Option<u64>,
-    /// So many independent images, whose mean is the reference; their scatter tells its noise.
+    /// The reference is the mean of independent images; their scatter gives its noise.
     #[serde(default = "one")]
     pub(super) seeds: u32,
     #[serde(default)]

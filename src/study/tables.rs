@@ -11,7 +11,7 @@ use super::{
 };
 use crate::film::Image;
 
-/// What the header of an image tells of its cost.
+/// The cost of an image, from its header.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ResourceUse {
     pub(super) seconds: Option<f64>,

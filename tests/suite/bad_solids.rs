@@ -115,10 +115,13 @@ fn quadrics_without_a_surface() {
         ("zeros", shapes(&quadric("0 0 0 0 0 0 0 0 0 0"), &[SIDES])),
         ("a constant", shapes(&quadric("0 0 0 0 0 0 0 0 0 3"), &[SIDES])),
         ("a double plane", shapes(&quadric("1 4 1 4 -2 -4 6 12 -6 9"), &[SIDES])),
-        ("NaN", shapes(&quadric("1 1 nan 0 0 0 0 0 0 -1"), &["\"nan\" in \"coefficients\" is no finite number"])),
-        ("infinite", shapes(&quadric("1 1 inf 0 0 0 0 0 0 -1"), &["\"inf\" in \"coefficients\" is no finite number"])),
+        ("NaN", shapes(&quadric("1 1 nan 0 0 0 0 0 0 -1"), &["\"nan\" in \"coefficients\" is not a finite number"])),
+        (
+            "infinite",
+            shapes(&quadric("1 1 inf 0 0 0 0 0 0 -1"), &["\"inf\" in \"coefficients\" is not a finite number"]),
+        ),
         ("nine", shapes(&quadric("1 1 1 0 0 0 0 0 -1"), &["\"coefficients\" has 9 numbers; give ten numbers"])),
-        ("words", shapes(&quadric("one"), &["\"one\" in \"coefficients\" is no finite number"])),
+        ("words", shapes(&quadric("one"), &["\"one\" in \"coefficients\" is not a finite number"])),
         (
             "an empty box",
             shapes(&quadric("1 1 1 0 0 0 0 0 0 -1").replace("value=\"-1\"/>", "value=\"1\"/>"), &["the box is empty"]),

@@ -208,7 +208,7 @@ fn checkpoints_of_other_renders_are_refused() {
         ("--seed 1 --spp 4 --shard 1/2 --resume half.ck", "half.ck: has samples 2 to 3, but only samples 0 to 1"),
         ("--seed 1 --resume none.ck", "none.ck: No such file"),
         ("--seed 1 --resume folder", "folder: is a folder"),
-        ("--seed 1 --resume scene.xml", "scene.xml: is no checkpoint of etendue"),
+        ("--seed 1 --resume scene.xml", "scene.xml: is not a checkpoint of etendue"),
         ("--seed 1 --checkpoint scene.xml", "scene.xml: is another file than a checkpoint"),
         ("--seed 1 --checkpoint folder", "folder: is a folder"),
         ("--seed 1 --checkpoint folder/none/a.ck", "folder/none/a.ck: cannot be written"),
@@ -256,7 +256,7 @@ fn damaged_checkpoints_are_refused() {
     let cases: [(&[u8], &str); 9] = [
         (&[], "is empty"),
         (b"etendue", "ends after 7 bytes"),
-        (b"something else altogether", "is no checkpoint of etendue"),
+        (b"something else altogether", "is not a checkpoint of etendue"),
         (&good[..30], "ends after 30 bytes"),
         (&good[..200], &format!("ends after 200 of {} bytes", good.len())),
         (&good[..good.len() - 1], &format!("ends after {} of {} bytes", good.len() - 1, good.len())),

@@ -133,7 +133,7 @@ impl Checkpoint {
         let file = File::open(path).map_err(|error| fault(&error))?;
         let there = file.metadata().map_err(|error| fault(&error))?;
         if !there.is_file() {
-            return Err(fault(&if there.is_dir() { "is a folder" } else { "is no file" }));
+            return Err(fault(&if there.is_dir() { "is a folder" } else { "is not a file" }));
         }
         check_length(&file, there.len()).map_err(|what| fault(&what))?;
         check_hash(&file, there.len()).map_err(|what| fault(&what))?;
@@ -158,7 +158,7 @@ fn check_length(file: &File, length: u64) -> Result<(), String> {
     }
     let known = MAGIC.len().min(start.len());
     if start[..known] != MAGIC.as_bytes()[..known] {
-        return Err("is no checkpoint of etendue".into());
+        return Err("is not a checkpoint of etendue".into());
     }
     let text = String::from_utf8_lossy(&start[known..]);
     let format = text.split(',').next().unwrap_or_default();

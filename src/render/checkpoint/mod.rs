@@ -154,7 +154,7 @@ pub struct RenderRecord {
 fn ranges<'de, D: Deserializer<'de>>(from: D) -> Result<RangeSet<u32>, D::Error> {
     let pairs: Vec<(u32, u32)> = Vec::deserialize(from)?;
     if let Some((start, end)) = pairs.iter().find(|(start, end)| start >= end) {
-        return Err(D::Error::custom(format!("from {start} to {end} is no range of samples")));
+        return Err(D::Error::custom(format!("{start} to {end} is not a range of samples")));
     }
     Ok(pairs.into_iter().map(|(start, end)| start..end).collect())
 }

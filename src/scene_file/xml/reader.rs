@@ -184,7 +184,7 @@ impl Reader {
         match outer.parent {
             Some(parent) if category == Category::Scene => {
                 if outer.name.is_some() {
-                    let what = "an included <scene> is no object that a name could be given to";
+                    let what = "an included <scene> cannot have a name";
                     self.faults.push(&element.place, ParseFault::new(what).hint("remove the name of its <include>"));
                 }
                 self.children(&file, node, parent, Spot::Spliced);

@@ -99,7 +99,7 @@ enum Mark {
     New,
     /// It is on the path from where the search started.
     Open,
-    /// It is on no cycle, and contains so many levels of objects.
+    /// It is not part of a cycle, and contains this number of levels of objects.
     Done(usize),
 }
 

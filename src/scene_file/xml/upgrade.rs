@@ -46,7 +46,7 @@ pub(super) fn textures(properties: &mut Vec<Draft>) -> Result<(), (SourceLocatio
             DraftValue::Ready(Value::Float(value)) => value,
             DraftValue::Ready(Value::Integer(value)) => value as f64,
             _ => {
-                let fault = ParseFault::new(format!("\"{name}\" is no number")).hint("write it as <float>");
+                let fault = ParseFault::new(format!("\"{name}\" is not a number")).hint("write it as <float>");
                 return Err((property.place, fault));
             }
         };

@@ -124,7 +124,7 @@ fn refused_includes() {
     let named = scene("<include filename=\"a.xml\" name=\"n\"/>");
     assert_eq!(
         refused(&[("s.xml", &named), ("a.xml", &scene(""))]),
-        "a.xml:1:1: an included <scene> is no object that a name could be given to; remove the name of its <include>"
+        "a.xml:1:1: an included <scene> cannot have a name; remove the name of its <include>"
     );
 }
 

@@ -230,7 +230,7 @@ fn ids_and_references() {
     for (body, expected) in cases {
         assert_eq!(refused(&scene(body)), format!("s.xml:{expected}"));
     }
-    // Twice the same object is no cycle.
+    // The same object twice is not a cycle.
     let document = read(&scene("<ref id=\"a\"/><ref id=\"a\"/><bsdf type=\"a\" id=\"a\"/>"));
     assert_eq!(document.objects.len(), 2);
 }
@@ -332,7 +332,7 @@ fn refused_parameters() {
             &[("sizes", "1")],
             "unused parameter: $sizes=1; did you mean $size?",
         ),
-        // A default of the same name is no use.
+        // A default of the same name does not help.
         (
             "<default name=\"r\" value=\"2\"/>",
             "x",
@@ -434,7 +434,7 @@ fn old_textures() {
     assert_eq!(to_uv.matrix3.to_cols_array(), [4., 0., 0., 0., 2., 0., 0., 0., 1.]);
     assert_eq!(to_uv.translation.to_array(), [1.0, 1.0, 0.0]);
     let cases = [
-        ("<string name=\"uscale\" value=\"1\"/>", "2:1: \"uscale\" is no number; write it as <float>"),
+        ("<string name=\"uscale\" value=\"1\"/>", "2:1: \"uscale\" is not a number; write it as <float>"),
         (
             "<float name=\"uscale\" value=\"0\"/>",
             "2:1: the transform is singular; it must not flatten space; no scale may be 0",
