@@ -190,18 +190,12 @@ fn scenes_that_lack_parts_or_have_too_many() {
 
 const LOOKAT: &str = r#"<lookat origin="0, 0, 5" target="0, 0, 0" up="0, 1, 0"/>"#;
 
+fn float(name: &str, value: &str) -> String {
+    format!("<shape type=\"sphere\"><float name=\"{name}\" value=\"{value}\"/></shape>")
+}
+
 #[test]
-fn parameters_that_are_wrong() {
-    let float =
-        |name: &str, value: &str| format!("<shape type=\"sphere\"><float name=\"{name}\" value=\"{value}\"/></shape>");
-    let integer = |name: &str, value: &str| format!("<integer name=\"{name}\" value=\"{value}\"/>");
-    let camera = |operation: &str| kit::ball().replace(LOOKAT, operation);
-    let film = |width: &str, height: &str| {
-        kit::ball()
-            .replace(&integer("width", "16"), &integer("width", width))
-            .replace(&integer("height", "12"), &integer("height", height))
-    };
-    let radiance = |emitter: &str| kit::ball().replace(SKY, emitter);
+fn plugins_that_are_unknown() {
     check_all(vec![
         ("plugin", shapes("<shape type=\"spere\"/>", &["no shape is called \"spere\"; did you mean \"sphere\"?"])),
         (
@@ -227,6 +221,12 @@ fn parameters_that_are_wrong() {
                 ],
             ),
         ),
+    ]);
+}
+
+#[test]
+fn parameters_that_are_wrong() {
+    check_all(vec![
         (
             "a word",
             scene(
@@ -251,6 +251,13 @@ fn parameters_that_are_wrong() {
         ("range", shapes(&float("radius", "-1"), &["\"radius\" is -1; must be a number above 0"])),
         ("NaN", shapes(&float("radius", "nan"), &["could not parse floating point value \"nan\""])),
         ("infinite", shapes(&float("radius", "inf"), &["\"radius\" is inf; must be a number above 0"])),
+    ]);
+}
+
+#[test]
+fn values_out_of_range() {
+    let radiance = |emitter: &str| kit::ball().replace(SKY, emitter);
+    check_all(vec![
         (
             "reflectance",
             shapes(
@@ -286,6 +293,19 @@ fn parameters_that_are_wrong() {
                 &["\"max_depth\" is -2; must be a number from -1 to 4294967295"],
             ),
         ),
+    ]);
+}
+
+#[test]
+fn places_and_sizes_out_of_range() {
+    let integer = |name: &str, value: &str| format!("<integer name=\"{name}\" value=\"{value}\"/>");
+    let camera = |operation: &str| kit::ball().replace(LOOKAT, operation);
+    let film = |width: &str, height: &str| {
+        kit::ball()
+            .replace(&integer("width", "16"), &integer("width", width))
+            .replace(&integer("height", "12"), &integer("height", height))
+    };
+    check_all(vec![
         (
             "singular",
             shapes(
@@ -316,6 +336,12 @@ fn parameters_that_are_wrong() {
                 &["the film has 1000000 x 1000000 pixels; at most 100000000 pixels can be rendered at once"],
             ),
         ),
+    ]);
+}
+
+#[test]
+fn several_faults_at_once() {
+    check_all(vec![
         (
             "a shared fault",
             shapes(

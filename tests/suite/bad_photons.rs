@@ -23,10 +23,16 @@ fn faulty(param: &str, faults: &'static [&'static str]) -> Case {
     scene(kit::scene_of(&[&integrator, SENSOR, SKY, BALL]), faults)
 }
 
+fn integer(name: &str, value: &str) -> String {
+    format!(r#"<integer name="{name}" value="{value}"/>"#)
+}
+
+fn radius(value: &str) -> String {
+    format!(r#"<float name="caustic_lookup_radius" value="{value}"/>"#)
+}
+
 #[test]
 fn parameters_that_are_wrong() {
-    let integer = |name: &str, value: &str| format!(r#"<integer name="{name}" value="{value}"/>"#);
-    let radius = |value: &str| format!(r#"<float name="caustic_lookup_radius" value="{value}"/>"#);
     check_all(vec![
         (
             "none",
@@ -93,7 +99,6 @@ fn progressive(param: &str, faults: &'static [&'static str]) -> Case {
 
 #[test]
 fn parameters_of_progressive_photon_mapping_that_are_wrong() {
-    let integer = |name: &str, value: &str| format!(r#"<integer name="{name}" value="{value}"/>"#);
     let float = |name: &str, value: &str| format!(r#"<float name="{name}" value="{value}"/>"#);
     let word = |name: &str, value: &str| format!(r#"<string name="{name}" value="{value}"/>"#);
     const ALPHA: &str = "must be a number above 0, at most 1";

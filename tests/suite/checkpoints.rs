@@ -183,6 +183,39 @@ fn fail(folder: &Folder, arguments: &str, fault: &str) {
     assert!(contents() == before, "{arguments} changed a file");
 }
 
+/// Options of renders that are refused, with the reason.
+const REFUSED: [(&str, &str); 23] = [
+    ("--seed 2 --resume a.ck", "a.ck: is of another seed: \"1\" instead of \"2\""),
+    ("--seed 1 -D r=2 --resume a.ck", "a.ck: is of another value of the scene's parameters"),
+    ("--seed 1 --param max_depth=3 --resume a.ck", "a.ck: is of another integrator: \"path max_depth=4\" instead of"),
+    ("--seed 1 --integrator direct --resume a.ck", "a.ck: is of another integrator"),
+    ("--seed 1 --sampler stratified --spp 4 --resume a.ck", "a.ck: is of another sampler"),
+    (
+        "--seed 1 --sampler stratified --spp 8 --resume strata.ck",
+        "another number of samples, on which its sampler depends",
+    ),
+    ("--seed 1 --spp 3 --resume a.ck", "a.ck: has samples 0 to 3, but only samples 0 to 2 are asked for"),
+    ("--seed 1 --spp 4 --shard 1/2 --resume half.ck", "half.ck: has samples 2 to 3, but only samples 0 to 1"),
+    ("--seed 1 --resume none.ck", "none.ck: No such file"),
+    ("--seed 1 --resume folder", "folder: is a folder"),
+    ("--seed 1 --resume scene.xml", "scene.xml: is not a checkpoint of etendue"),
+    ("--seed 1 --checkpoint scene.xml", "scene.xml: is another file than a checkpoint"),
+    ("--seed 1 --checkpoint folder", "folder: is a folder"),
+    ("--seed 1 --checkpoint folder/none/a.ck", "folder/none/a.ck: cannot be written"),
+    ("--seed 1 --checkpoint image.exr", "image.exr: is named twice"),
+    ("--sampler sobol", "--sampler sobol: no sampler is called \"sobol\""),
+    ("--spp 4 --shard 1/2", "--shard: etendue merge needs a checkpoint of each part, an image will not do"),
+    ("--spp 4 --shard 3/8", "--shard: 4 samples cannot be divided into 8 parts"),
+    ("--shard 1/2 --time-limit 1s", "the number of samples is not known; give --spp"),
+    (
+        "--sampler ldsampler --time-limit 1s",
+        "ldsampler depend on their number, which is not known; give --spp too, or --sampler independent",
+    ),
+    ("--integrator photonmapper --target-error 1%", "share one set of photons"),
+    ("--integrator sppm --spp 4 --shard 1/2", "each sample of the integrator sppm depends on those before"),
+    ("--integrator sppm --seed 1 --resume a.ck", "a.ck: is of another integrator"),
+];
+
 #[test]
 fn checkpoints_of_other_renders_are_refused() {
     let folder = Folder::with_scene(&kit::scene(
@@ -191,42 +224,8 @@ fn checkpoints_of_other_renders_are_refused() {
     succeed(&folder, "render scene.xml --spp 4 --seed 1 --checkpoint a.ck");
     succeed(&folder, "render scene.xml --spp 4 --seed 1 --sampler stratified --checkpoint strata.ck");
     succeed(&folder, "render scene.xml --spp 4 --seed 1 --shard 2/2 --checkpoint half.ck");
-    let cases = [
-        ("--seed 2 --resume a.ck", "a.ck: is of another seed: \"1\" instead of \"2\""),
-        ("--seed 1 -D r=2 --resume a.ck", "a.ck: is of another value of the scene's parameters"),
-        (
-            "--seed 1 --param max_depth=3 --resume a.ck",
-            "a.ck: is of another integrator: \"path max_depth=4\" instead of",
-        ),
-        ("--seed 1 --integrator direct --resume a.ck", "a.ck: is of another integrator"),
-        ("--seed 1 --sampler stratified --spp 4 --resume a.ck", "a.ck: is of another sampler"),
-        (
-            "--seed 1 --sampler stratified --spp 8 --resume strata.ck",
-            "another number of samples, on which its sampler depends",
-        ),
-        ("--seed 1 --spp 3 --resume a.ck", "a.ck: has samples 0 to 3, but only samples 0 to 2 are asked for"),
-        ("--seed 1 --spp 4 --shard 1/2 --resume half.ck", "half.ck: has samples 2 to 3, but only samples 0 to 1"),
-        ("--seed 1 --resume none.ck", "none.ck: No such file"),
-        ("--seed 1 --resume folder", "folder: is a folder"),
-        ("--seed 1 --resume scene.xml", "scene.xml: is not a checkpoint of etendue"),
-        ("--seed 1 --checkpoint scene.xml", "scene.xml: is another file than a checkpoint"),
-        ("--seed 1 --checkpoint folder", "folder: is a folder"),
-        ("--seed 1 --checkpoint folder/none/a.ck", "folder/none/a.ck: cannot be written"),
-        ("--seed 1 --checkpoint image.exr", "image.exr: is named twice"),
-        ("--sampler sobol", "--sampler sobol: no sampler is called \"sobol\""),
-        ("--spp 4 --shard 1/2", "--shard: etendue merge needs a checkpoint of each part, an image will not do"),
-        ("--spp 4 --shard 3/8", "--shard: 4 samples cannot be divided into 8 parts"),
-        ("--shard 1/2 --time-limit 1s", "the number of samples is not known; give --spp"),
-        (
-            "--sampler ldsampler --time-limit 1s",
-            "ldsampler depend on their number, which is not known; give --spp too, or --sampler independent",
-        ),
-        ("--integrator photonmapper --target-error 1%", "share one set of photons"),
-        ("--integrator sppm --spp 4 --shard 1/2", "each sample of the integrator sppm depends on those before"),
-        ("--integrator sppm --seed 1 --resume a.ck", "a.ck: is of another integrator"),
-    ];
     folder.write("folder/file", "");
-    for (options, fault) in cases {
+    for (options, fault) in REFUSED {
         fail(&folder, &format!("render scene.xml -o image.exr {options}"), fault);
     }
     let text = fs::read_to_string(folder.path("scene.xml")).unwrap();

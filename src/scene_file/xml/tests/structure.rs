@@ -303,64 +303,56 @@ fn parameters_stand_in_every_attribute() {
     assert_eq!(names(&document.objects[0]), ["diffuse", "_arg_0", "_arg_1"]);
 }
 
+/// Uses of parameters that are refused.
+const REFUSED_PARAMETERS: [Case; 12] = [
+    ("", "$r", &[], "s.xml:2:34: undefined parameter: $r; define it before with <default name=\"r\" value=\"...\"/>"),
+    (
+        "<default name=\"size\" value=\"1\"/>",
+        "$sise",
+        &[],
+        "s.xml:2:66: undefined parameter: $sise; did you mean $size?",
+    ),
+    (
+        "<default name=\"size\" value=\"1\"/>",
+        "$n",
+        &[],
+        "s.xml:2:66: undefined parameter: $n; defined before this place: $size",
+    ),
+    ("", "5$", &[], "s.xml:2:34: undefined parameter: $; write \\$ for a dollar sign"),
+    ("", "x", &[("r", "1")], "unused parameter: $r=1; the scene mentions $r nowhere"),
+    (
+        "<default name=\"size\" value=\"1\"/>",
+        "$size",
+        &[("sizes", "1")],
+        "unused parameter: $sizes=1; did you mean $size?",
+    ),
+    // A default of the same name does not help.
+    ("<default name=\"r\" value=\"2\"/>", "x", &[("r", "1")], "unused parameter: $r=1; the scene mentions $r nowhere"),
+    ("", "$r", &[("r", "1"), ("r", "2")], "parameter $r is defined twice; give it one value"),
+    ("", "$r", &[("r", "$s")], "\"$s\" cannot be the value of a parameter; it may not contain $ nor end in \\"),
+    (
+        "",
+        "x",
+        &[("$r", "1")],
+        "\"$r\" cannot be the name of a parameter; a name has 1 to 64 letters, digits or underscores",
+    ),
+    (
+        "<default name=\"r\" value=\"\\$s\"/>",
+        "x",
+        &[],
+        "s.xml:2:19: \"$s\" cannot be the value of a parameter; it may not contain $ nor end in \\",
+    ),
+    (
+        "<default name=\"\" value=\"1\"/>",
+        "x",
+        &[],
+        "s.xml:2:10: \"\" cannot be the name of a parameter; a name has 1 to 64 letters, digits or underscores",
+    ),
+];
+
 #[test]
 fn refused_parameters() {
-    let cases: [Case; 12] = [
-        (
-            "",
-            "$r",
-            &[],
-            "s.xml:2:34: undefined parameter: $r; define it before with <default name=\"r\" value=\"...\"/>",
-        ),
-        (
-            "<default name=\"size\" value=\"1\"/>",
-            "$sise",
-            &[],
-            "s.xml:2:66: undefined parameter: $sise; did you mean $size?",
-        ),
-        (
-            "<default name=\"size\" value=\"1\"/>",
-            "$n",
-            &[],
-            "s.xml:2:66: undefined parameter: $n; defined before this place: $size",
-        ),
-        ("", "5$", &[], "s.xml:2:34: undefined parameter: $; write \\$ for a dollar sign"),
-        ("", "x", &[("r", "1")], "unused parameter: $r=1; the scene mentions $r nowhere"),
-        (
-            "<default name=\"size\" value=\"1\"/>",
-            "$size",
-            &[("sizes", "1")],
-            "unused parameter: $sizes=1; did you mean $size?",
-        ),
-        // A default of the same name does not help.
-        (
-            "<default name=\"r\" value=\"2\"/>",
-            "x",
-            &[("r", "1")],
-            "unused parameter: $r=1; the scene mentions $r nowhere",
-        ),
-        ("", "$r", &[("r", "1"), ("r", "2")], "parameter $r is defined twice; give it one value"),
-        ("", "$r", &[("r", "$s")], "\"$s\" cannot be the value of a parameter; it may not contain $ nor end in \\"),
-        (
-            "",
-            "x",
-            &[("$r", "1")],
-            "\"$r\" cannot be the name of a parameter; a name has 1 to 64 letters, digits or underscores",
-        ),
-        (
-            "<default name=\"r\" value=\"\\$s\"/>",
-            "x",
-            &[],
-            "s.xml:2:19: \"$s\" cannot be the value of a parameter; it may not contain $ nor end in \\",
-        ),
-        (
-            "<default name=\"\" value=\"1\"/>",
-            "x",
-            &[],
-            "s.xml:2:10: \"\" cannot be the name of a parameter; a name has 1 to 64 letters, digits or underscores",
-        ),
-    ];
-    for (before, text, definitions, expected) in cases {
+    for (before, text, definitions, expected) in REFUSED_PARAMETERS {
         assert_eq!(substituted(before, text, definitions), Err(expected.to_owned()), "{before} {text}");
     }
     // An attribute with a fault is not looked at further.

@@ -86,68 +86,70 @@ fn an_axis_that_was_rounded_is_a_unit_axis() {
     assert!(found.matrix3.abs_diff_eq(exact, 1e-15), "{found:?}");
 }
 
+/// Operations of transforms that are refused.
+const REFUSED_OPERATIONS: [(&str, &str); 18] = [
+    ("<rotate x=\"1\"/>", "1: missing attribute \"angle\" in <rotate>; write <rotate angle=\"...\">"),
+    ("<rotate angle=\"90\"/>", "1: the rotation axis is zero; write for example x=\"1\""),
+    (
+        "<rotate z=\"2\" angle=\"1\"/>",
+        concat!(
+            "1: the rotation axis has length 2.000000, and Mitsuba would shear with it; ",
+            "write x=\"0\" y=\"0\" z=\"1\""
+        ),
+    ),
+    (
+        "<rotate value=\"0.577\" angle=\"1\"/>",
+        concat!(
+            "1: the rotation axis has length 0.999393, and Mitsuba would shear with it; ",
+            "write x=\"0.5773502691896258\" y=\"0.5773502691896258\" z=\"0.5773502691896258\""
+        ),
+    ),
+    ("<rotate x=\"1\" angle=\"inf\"/>", "15: \"inf\" is not finite; write a number like 1, -0.5 or 2e-3"),
+    (
+        "<rotate x=\"1\" angle=\"\"/>",
+        "15: could not parse floating point value \"\"; write a number like 1, -0.5 or 2e-3",
+    ),
+    ("<scale value=\"1 2\"/>", "8: \"value\" has 2 numbers; give 1 or 3, separated by commas or blanks"),
+    ("<matrix value=\"1 2 3\"/>", "9: a matrix has 9 or 16 numbers, got 3"),
+    (
+        "<matrix value=\"1 0 0 0  0 1 0 0  0 0 1 0  1 0 0 1\"/>",
+        concat!(
+            "9: the last row of the matrix is not 0 0 0 1; ",
+            "transforms are affine; numbers go row by row, the translation is the last column"
+        ),
+    ),
+    (
+        "<lookat origin=\"0,0,0\" target=\"0,1,0\" up=\"0,-3,0\"/>",
+        "1: invalid lookat: up is parallel to the direction; turn up, or leave it out",
+    ),
+    (
+        "<lookat origin=\"1,2,3\" target=\"3,6,9\" up=\"1,2,3.0000000001\"/>",
+        "1: invalid lookat: up is parallel to the direction; turn up, or leave it out",
+    ),
+    (
+        "<lookat origin=\"1,2,3\" target=\"1,2,3\"/>",
+        "1: invalid lookat: origin and target are the same; move one of them",
+    ),
+    ("<lookat origin=\"0,0,0\" target=\"1\"/>", "24: expected 3 numbers, got 1; separate them by commas or blanks"),
+    ("<lookat origin=\"0,0,0\"/>", "1: missing attribute \"target\" in <lookat>; write <lookat target=\"...\">"),
+    (
+        "<rgb name=\"a\" value=\"1\"/>",
+        "1: unexpected <rgb> inside <transform>; it holds translate, rotate, scale, lookat, matrix",
+    ),
+    (
+        "<lookAt origin=\"0,0,0\" target=\"0,0,1\"/>",
+        "1: unexpected <lookAt> inside <transform>; did you mean <lookat>?",
+    ),
+    (
+        "<translate x=\"1\"><scale/></translate>",
+        "18: <scale> cannot stand inside <translate>; <translate> holds no elements",
+    ),
+    ("<translate w=\"1\"/>", "12: unexpected attribute \"w\" in <translate>; <translate> may have value, x, y, z"),
+];
+
 #[test]
 fn refused_operations() {
-    let cases = [
-        ("<rotate x=\"1\"/>", "1: missing attribute \"angle\" in <rotate>; write <rotate angle=\"...\">"),
-        ("<rotate angle=\"90\"/>", "1: the rotation axis is zero; write for example x=\"1\""),
-        (
-            "<rotate z=\"2\" angle=\"1\"/>",
-            concat!(
-                "1: the rotation axis has length 2.000000, and Mitsuba would shear with it; ",
-                "write x=\"0\" y=\"0\" z=\"1\""
-            ),
-        ),
-        (
-            "<rotate value=\"0.577\" angle=\"1\"/>",
-            concat!(
-                "1: the rotation axis has length 0.999393, and Mitsuba would shear with it; ",
-                "write x=\"0.5773502691896258\" y=\"0.5773502691896258\" z=\"0.5773502691896258\""
-            ),
-        ),
-        ("<rotate x=\"1\" angle=\"inf\"/>", "15: \"inf\" is not finite; write a number like 1, -0.5 or 2e-3"),
-        (
-            "<rotate x=\"1\" angle=\"\"/>",
-            "15: could not parse floating point value \"\"; write a number like 1, -0.5 or 2e-3",
-        ),
-        ("<scale value=\"1 2\"/>", "8: \"value\" has 2 numbers; give 1 or 3, separated by commas or blanks"),
-        ("<matrix value=\"1 2 3\"/>", "9: a matrix has 9 or 16 numbers, got 3"),
-        (
-            "<matrix value=\"1 0 0 0  0 1 0 0  0 0 1 0  1 0 0 1\"/>",
-            concat!(
-                "9: the last row of the matrix is not 0 0 0 1; ",
-                "transforms are affine; numbers go row by row, the translation is the last column"
-            ),
-        ),
-        (
-            "<lookat origin=\"0,0,0\" target=\"0,1,0\" up=\"0,-3,0\"/>",
-            "1: invalid lookat: up is parallel to the direction; turn up, or leave it out",
-        ),
-        (
-            "<lookat origin=\"1,2,3\" target=\"3,6,9\" up=\"1,2,3.0000000001\"/>",
-            "1: invalid lookat: up is parallel to the direction; turn up, or leave it out",
-        ),
-        (
-            "<lookat origin=\"1,2,3\" target=\"1,2,3\"/>",
-            "1: invalid lookat: origin and target are the same; move one of them",
-        ),
-        ("<lookat origin=\"0,0,0\" target=\"1\"/>", "24: expected 3 numbers, got 1; separate them by commas or blanks"),
-        ("<lookat origin=\"0,0,0\"/>", "1: missing attribute \"target\" in <lookat>; write <lookat target=\"...\">"),
-        (
-            "<rgb name=\"a\" value=\"1\"/>",
-            "1: unexpected <rgb> inside <transform>; it holds translate, rotate, scale, lookat, matrix",
-        ),
-        (
-            "<lookAt origin=\"0,0,0\" target=\"0,0,1\"/>",
-            "1: unexpected <lookAt> inside <transform>; did you mean <lookat>?",
-        ),
-        (
-            "<translate x=\"1\"><scale/></translate>",
-            "18: <scale> cannot stand inside <translate>; <translate> holds no elements",
-        ),
-        ("<translate w=\"1\"/>", "12: unexpected attribute \"w\" in <translate>; <translate> may have value, x, y, z"),
-    ];
-    for (operation, expected) in cases {
+    for (operation, expected) in REFUSED_OPERATIONS {
         let message = refused_in_shape(&format!("<transform name=\"t\">\n{operation}</transform>"));
         assert_eq!(message, format!("s.xml:4:{expected}"));
     }
