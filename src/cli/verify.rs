@@ -27,6 +27,9 @@ pub(crate) struct Verify {
     /// Take sixteen times the samples of --standard for laws, and four times for scenes.
     #[arg(long, conflicts_with = "standard")]
     full: bool,
+    /// Write the summaries reports/verify.md and reports/verify.json too, as --full does.
+    #[arg(long, conflicts_with = "only")]
+    summary: bool,
     /// Print every row, not only those that fail.
     #[arg(long)]
     verbose: bool,
@@ -62,7 +65,7 @@ impl Verify {
         if watched {
             eprint!("\r\x1b[K");
         }
-        let page = report::write(root, &evidence, self.full && self.only == "*")?;
+        let page = report::write(root, &evidence, (self.full || self.summary) && self.only == "*")?;
         print_rows(&evidence, self.verbose)?;
         print_groups(&evidence)?;
         if self.times {
@@ -128,7 +131,7 @@ fn print_groups(evidence: &Evidence) -> anyhow::Result<()> {
         let [name, rows, failed, error, p, bias, bound, seconds] = cells;
         say(format_args!("{name:<14} {rows:>5} {failed:>6} {error:>12} {p:>10} {bias:>9} {bound:>11} {seconds:>8}"))
     };
-    line(["group", "rows", "failed", "error/bound", "p/level", "detects", "equivalent", "seconds"])?;
+    line(["group", "rows", "failed", "error/bound", "p/level", "detects*", "equivalent", "seconds"])?;
     let ratio = |x: Option<f64>| x.map_or("-".into(), |x| format!("{x:.1e}"));
     for group in GroupSummary::all(evidence) {
         line([

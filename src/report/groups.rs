@@ -18,7 +18,7 @@ pub struct GroupSummary {
     pub worst_error: Option<f64>,
     /// The smallest p-value over the level at which it would fail; None if there are no tests.
     pub worst_test: Option<f64>,
-    /// The largest relative bias that a test of means needs to be sure to detect it; None without such tests.
+    /// The relative bias that half of the tests of means would have detected; None without such tests.
     pub detectable_bias: Option<f64>,
     /// The widest bound of equivalence, relative; None if nothing is held to one.
     pub equivalence_bound: Option<f64>,
@@ -40,6 +40,8 @@ impl GroupSummary {
             groups[known].add(row);
         }
         for group in &mut groups {
+            let rows = evidence.rows.iter().filter(|row| group_of(&row.name) == group.name);
+            group.detectable_bias = quantile(rows.filter_map(|row| row.detectable_bias).collect(), 0.5);
             let times = evidence.times.iter().filter(|time| group_of(&time.name) == group.name);
             group.seconds = times.map(|time| time.seconds).sum();
         }
@@ -74,9 +76,6 @@ impl GroupSummary {
                 self.worst_test = Some(self.worst_test.map_or(ratio, |known| known.min(ratio)));
             }
         }
-        if let Some(bias) = row.detectable_bias {
-            raise(&mut self.detectable_bias, bias);
-        }
     }
 }
 
@@ -99,9 +98,7 @@ pub(super) fn severity(row: &Row) -> f64 {
 /// What a run could have detected, sentence by sentence.
 #[must_use]
 pub fn power(evidence: &Evidence) -> Vec<String> {
-    let groups = GroupSummary::all(evidence);
     let percent = super::number::percent;
-    let largest = |of: fn(&GroupSummary) -> Option<f64>| groups.iter().filter_map(of).reduce(f64::max);
     let biases = evidence.rows.iter().filter_map(|row| row.detectable_bias).collect::<Vec<_>>();
     let scenes = evidence.scenes.iter().filter_map(|scene| scene.comparison.verdict.as_ref());
     let of_scenes = scenes.filter_map(|verdict| verdict.global.worst_detectable_bias).reduce(f64::max);
@@ -114,24 +111,29 @@ pub fn power(evidence: &Evidence) -> Vec<String> {
             percent(target)
         ));
     }
-    if let Some(worst) = largest(|group| group.detectable_bias) {
+    let tests = biases.len();
+    if let (Some(half), Some(most)) = (quantile(biases.clone(), 0.5), quantile(biases, 0.9)) {
         sentences.push(format!(
-            "The {} tests of means would have detected a bias of {} in the median, and {} in the worst case.",
-            biases.len(),
-            percent(median(biases)),
-            percent(worst)
+            "Of the {tests} tests of means, half would have detected a bias of {}, and nine in ten one of {}.",
+            percent(half),
+            percent(most)
         ));
     }
-    if let Some(bound) = largest(|group| group.equivalence_bound) {
-        sentences
-            .push(format!("Biased estimates were shown to be equivalent within bounds of at most {}.", percent(bound)));
+    let bounds = evidence.rows.iter().filter_map(|row| match row.finding.measured {
+        Measured::Equivalence { bound, .. } => Some(bound),
+        _ => None,
+    });
+    if let Some(bound) = bounds.reduce(f64::max) {
+        sentences.push(format!("The widest bound of an equivalence was {}.", percent(bound)));
     }
     sentences
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+/// The value that a share of the values does not exceed. None if there are no values.
+fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
     values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
+    let last = values.len().checked_sub(1)?;
+    Some(values[(share * last as f64).ceil() as usize])
 }
 
 #[cfg(test)]
@@ -150,9 +152,16 @@ mod tests {
         assert_eq!((groups[1].worst_error, groups[1].worst_test, groups[1].seconds), (Some(0.75), Some(0.0), 1.5));
         assert_eq!((groups[1].detectable_bias, groups[1].equivalence_bound), (Some(0.03), Some(0.02)));
         let said = power(&evidence).join(" ");
-        for bound in ["a bias of 3", "bounds of at most 2", "0.5\u{202f}% was required"] {
+        for bound in ["half would have detected a bias of 3", "equivalence was 2", "0.5\u{202f}% was required"] {
             assert!(said.contains(bound), "{said}");
         }
+    }
+
+    #[test]
+    fn quantiles_by_hand() {
+        let values = vec![5.0, 1.0, 3.0, 2.0];
+        assert_eq!([0.0, 0.5, 0.9, 1.0].map(|share| quantile(values.clone(), share)), [1.0, 3.0, 5.0, 5.0].map(Some));
+        assert_eq!(quantile(Vec::new(), 0.5), None);
     }
 
     #[test]

@@ -150,7 +150,9 @@ fn held_against(row: &Row) -> String {
 
 /// What the laws of a group could have detected.
 fn power(group: &GroupSummary) -> String {
-    let bias = group.detectable_bias.map(|bias| format!("tests of means detect a bias of {}", number::percent(bias)));
+    let bias = group
+        .detectable_bias
+        .map(|bias| format!("half of the tests of means detect a bias of {}", number::percent(bias)));
     let bound = group.equivalence_bound.map(|bound| format!("equivalence within {}", number::percent(bound)));
     bias.into_iter().chain(bound).collect::<Vec<_>>().join(", ")
 }

@@ -196,7 +196,7 @@ fn solids(effort: Effort) -> Vec<Finding> {
 
 /// Compares the integrals that lines through a solid give with the known properties.
 fn lines_through(solid: &Solid, effort: Effort) -> Vec<Finding> {
-    let lines = effort.samples(1 << 15);
+    let lines = effort.needed_samples(1 << 15);
     let (centre, radius) = solid.bounding_sphere;
     let mut moments = [Moments::default(); 4];
     for replicate in 0..REPLICATES {
