@@ -78,7 +78,7 @@ fn one_quadric(bencher: Bencher) {
     one(bencher, &quadric(DVec3::ZERO));
 }
 
-/// So many shapes at random places of a cube, which they fill to about a fifth.
+/// A number of shapes at random points of a cube, of which they fill about a fifth.
 fn many(bencher: Bencher, count: usize, element: impl Fn(DVec3) -> String) {
     let mut stream = Stream::at(&[2]);
     let half = 1.4 * (count as f64).cbrt();

@@ -7,7 +7,7 @@
 //!
 //! # A first image
 //!
-//! A white ball under a uniform sky cannot be seen: it reflects from every direction what it hides.
+//! A white ball under a uniform environment cannot be seen: it reflects from every direction what it hides.
 //!
 //! ```
 //! use etendue::prelude::*;

@@ -4,9 +4,9 @@ use super::{EmittedPhotons, Photon, PhotonMapKind};
 use crate::film::picture::{automatic_exposure, srgb_byte};
 
 /// The position of a photon, the photon, and the index of its map.
-type Record<'h> = (&'h [f32; 3], &'h Photon, u8);
+type FileRecord<'h> = (&'h [f32; 3], &'h Photon, u8);
 
-fn all<'h>(maps: &[(PhotonMapKind, &'h EmittedPhotons)]) -> impl Iterator<Item = Record<'h>> {
+fn all<'h>(maps: &[(PhotonMapKind, &'h EmittedPhotons)]) -> impl Iterator<Item = FileRecord<'h>> {
     maps.iter().flat_map(|&(kind, emitted)| {
         emitted.positions.iter().zip(&emitted.photons).map(move |(position, photon)| (position, photon, kind as u8))
     })
@@ -21,14 +21,14 @@ fn push_floats(bytes: &mut Vec<u8>, values: [f32; 3]) {
 }
 
 /// Writes the position, power and direction.
-fn push_vectors(bytes: &mut Vec<u8>, (position, photon, _): Record<'_>) {
+fn push_vectors(bytes: &mut Vec<u8>, (position, photon, _): FileRecord<'_>) {
     push_floats(bytes, *position);
     push_floats(bytes, photon.power().as_vec3().to_array());
     push_floats(bytes, photon.direction().as_vec3().to_array());
 }
 
 /// Writes the class, the number of bounces and the map.
-fn push_numbers(bytes: &mut Vec<u8>, (_, photon, map): Record<'_>) {
+fn push_numbers(bytes: &mut Vec<u8>, (_, photon, map): FileRecord<'_>) {
     bytes.push(photon.class() as u8);
     bytes.extend((photon.bounces() as u16).to_le_bytes());
     bytes.push(map);

@@ -187,10 +187,10 @@ fn scenes_that_photons_cannot_treat() {
         ),
         ("progressive, nothing", of(&[passes, SENSOR, BULB], &["no surface can store a photon"])),
         ("progressive, sun over a plane", of(&[passes, SENSOR, SUN, plane], ENDLESS)),
-        ("progressive, sky over a plane", of(&[passes, SENSOR, SKY, plane], ENDLESS)),
-        ("sky over a plane", of(&[tracer, SENSOR, SKY, plane], ENDLESS)),
+        ("progressive, environment over a plane", of(&[passes, SENSOR, SKY, plane], ENDLESS)),
+        ("environment over a plane", of(&[tracer, SENSOR, SKY, plane], ENDLESS)),
         ("sun over a plane", of(&[tracer, SENSOR, SUN, plane], ENDLESS)),
-        ("sky over a plane, photons", of(&[&photons, SENSOR, SKY, plane], ENDLESS)),
+        ("environment over a plane, photons", of(&[&photons, SENSOR, SKY, plane], ENDLESS)),
         ("sun over a plane, photons", of(&[&photons, SENSOR, SUN, plane], ENDLESS)),
         (
             "too much light",

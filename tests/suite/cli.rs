@@ -203,7 +203,7 @@ fn pictures_lie_beside_the_image() {
     };
     let (automatic, darker, brighter) = (grey(""), grey("--exposure -3"), grey("--exposure 0.5"));
     assert!(darker < automatic && darker < brighter);
-    // Green of the sky, times 2^-1: sRGB(0.35) = 160.
+    // Green of the environment, times 2^-1: sRGB(0.35) = 160.
     folder.render("--png --exposure -1");
     assert_eq!(kit::read_png(&folder.path("image.png")).1[1], 160);
 }
@@ -231,7 +231,7 @@ fn a_picture_says_its_exposure_and_its_curve() {
     let chosen = pixels();
     folder.render(&format!("--png --exposure {exposure}"));
     assert_eq!(pixels(), chosen);
-    // Green of the sky, times 2^-1, on the curve: 0.35 becomes 0.4936, sRGB(0.4936) = 186.
+    // Green of the environment, times 2^-1, on the curve: 0.35 becomes 0.4936, sRGB(0.4936) = 186.
     let filmic = folder.render("--png --exposure -1 --tonemap filmic");
     assert_eq!((pixels()[1], filmic.attribute("etendue.tonemap")), (186, Some("filmic")));
     folder.etendue("render scene.xml --checkpoint a.ck").assert().success();

@@ -106,11 +106,11 @@ fn hidden_emitters_are_looked_through_but_still_shine() {
         format!(r#"<shape type="rectangle"><transform name="to_world"><translate z="-1"/></transform>{bsdf}</shape>"#)
     };
     let scene = |integrator: &str, parts: &str| image(&kit::scene_of(&[integrator, SENSOR, SKY, parts]), 64);
-    let (lamp, sky) = ([3.0, 2.0, 1.0], [0.5, 0.7, 1.0]);
+    let (lamp, environment) = ([3.0, 2.0, 1.0], [0.5, 0.7, 1.0]);
     let both = format!("{}{}", square(LAMP, ""), wall(BLACK));
     let shown = scene(INTEGRATOR, &both);
-    assert_eq!((pixel(&shown, 8, 6), pixel(&shown, 0, 0)), (lamp, sky));
-    // A black wall is seen through the lamp, and no sky.
+    assert_eq!((pixel(&shown, 8, 6), pixel(&shown, 0, 0)), (lamp, environment));
+    // A black wall is seen through the lamp, and a black environment.
     let black = scene(&hiding, &both);
     assert!(black.rgb(["R", "G", "B"]).unwrap().iter().all(|rgb| *rgb == [0.0; 3]));
     // A mirror reflects the back of the lamp, which is black; the lamp shines at it when it is turned around.

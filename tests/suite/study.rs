@@ -6,7 +6,7 @@ use etendue::film::exr;
 
 use crate::kit::{Folder, INTEGRATOR, Said, run, scene_of};
 
-/// A floor under an even sky and a lamp: cheap, and not the same in every sample.
+/// A floor under an even environment and a lamp: cheap, and not the same in every sample.
 fn room() -> String {
     let sensor = r#"<default name="size" value="12"/><sensor type="perspective">
     <transform name="to_world"><lookat origin="0, 2, 4" target="0, 0, 0" up="0, 1, 0"/></transform>

@@ -29,7 +29,7 @@ pub(super) enum Content {
     Object(Box<ObjectBuilder>),
     Reference(String),
     /// What was given has no value.
-    Fault(ParseFault),
+    Invalid(ParseFault),
 }
 
 /// A colour in linear Rec. 709 RGB. What its channels mean depends on the parameter: a reflectance from 0 to 1, or a
@@ -80,7 +80,7 @@ from! {
 impl From<usize> for Argument {
     fn from(count: usize) -> Self {
         let fault = || ParseFault::new(format!("{count} is too large")).hint("integers have 64 bits and a sign");
-        Self(i64::try_from(count).map_or_else(|_| Content::Fault(fault()), |i| Content::Value(Value::Integer(i))))
+        Self(i64::try_from(count).map_or_else(|_| Content::Invalid(fault()), |i| Content::Value(Value::Integer(i))))
     }
 }
 
@@ -88,13 +88,13 @@ impl From<&Path> for Argument {
     fn from(path: &Path) -> Self {
         let fault = || ParseFault::new(format!("{} is not UTF-8", path.display())).hint("rename the file");
         let text = path.to_str().map(|text| Content::Value(Value::String(text.to_owned())));
-        Self(text.unwrap_or_else(|| Content::Fault(fault())))
+        Self(text.unwrap_or_else(|| Content::Invalid(fault())))
     }
 }
 
 impl From<Transform> for Argument {
     fn from(transform: Transform) -> Self {
-        Self(transform.0.map_or_else(Content::Fault, |map| Content::Value(Value::Transform(map))))
+        Self(transform.0.map_or_else(Content::Invalid, |map| Content::Value(Value::Transform(map))))
     }
 }
 

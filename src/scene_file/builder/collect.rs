@@ -80,7 +80,7 @@ impl Collector {
         match content {
             Content::Value(value) => Ok((DraftValue::Ready(checked(value)?), None)),
             Content::Reference(id) => Ok((DraftValue::Ref(id), None)),
-            Content::Fault(fault) => Err(fault),
+            Content::Invalid(fault) => Err(fault),
             Content::Object(object) if object.category == Category::Scene => {
                 Err(ParseFault::new("a scene inside another object").hint("add its objects one by one"))
             }

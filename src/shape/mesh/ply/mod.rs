@@ -252,7 +252,7 @@ fn read_element<S: DataReader>(
             ReadError::End => {
                 MeshFault::Truncated { element: element.name.clone(), declared: element.count, read: number }
             }
-            ReadError::Fault(fault) => fault,
+            ReadError::Mesh(fault) => fault,
         })?;
     }
     Ok(())

@@ -8,12 +8,12 @@ pub(super) enum ReadError {
     /// The file ends early.
     End,
     /// The data is wrong.
-    Fault(MeshFault),
+    Mesh(MeshFault),
 }
 
 impl From<MeshFault> for ReadError {
     fn from(fault: MeshFault) -> Self {
-        Self::Fault(fault)
+        Self::Mesh(fault)
     }
 }
 
