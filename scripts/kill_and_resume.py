@@ -56,7 +56,7 @@ class Render:
     """One render with fixed options, its checkpoint, and how often it was killed so far."""
 
     def __init__(self, arguments: argparse.Namespace, folder: Path) -> None:
-        self.command = [str(etendue.binary(arguments.etendue)), "render", str(arguments.scene.resolve())]
+        self.command = [str(etendue.binary(arguments.etendue)), "render", "--quiet", str(arguments.scene.resolve())]
         self.command += shlex.split(arguments.options)
         self.every = arguments.every
         self.folder = folder
