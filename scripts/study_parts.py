@@ -142,7 +142,8 @@ def make(part: Part) -> Outcome:
 
 def command(part: Part, state: str) -> list[str]:
     """The call of `etendue render` that renders a part; the image of a run that is not split is written directly."""
-    keep = ["--resume" if state == "continued" else "--checkpoint", str(part.partial), "--checkpoint-every", part.checkpoint_every]
+    option = "--resume" if state == "continued" else "--checkpoint"
+    keep = [option, str(part.partial), "--checkpoint-every", part.checkpoint_every]
     what = ["--shard", f"{part.index}/{part.count}"] if part.count > 1 else ["-o", part.output]
     return [part.program, *part.arguments, *what, *keep, "--threads", str(part.threads)]
 
