@@ -12,31 +12,31 @@ use etendue::render::checkpoint::{Checkpoint, SampleRequest, Shard};
 
 use super::check_writable;
 
-/// The exit code of a render that was interrupted: 128 and the number of SIGINT, as shells have it.
+/// The exit code of an interrupted render: 128 plus the number of SIGINT, as in shells.
 pub(super) const INTERRUPTED: u8 = 130;
 
-/// The options for renders that are long.
+/// The options of long renders.
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Stopping and going on")]
+#[command(next_help_heading = "Long renders")]
 pub(super) struct CheckpointOptions {
-    /// Keep the exact sums of all samples in this file, again and again and at the end, to go on from or to merge.
+    /// Write a checkpoint to this file periodically and on exit, for --resume or etendue merge
     #[arg(long, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
-    /// The time from one keeping to the next, such as 90s, 2m or 1.5h.
+    /// The time between checkpoints, such as 90s, 2m or 1.5h
     #[arg(long, alias = "every", value_name = "TIME", default_value = "60s", value_parser = duration)]
     pub(super) checkpoint_every: Duration,
-    /// Go on from a checkpoint of the same render, and keep on writing to it unless --checkpoint names another file. The
-    /// image is that of a render without interruption, to the last bit. Without --spp, as many samples as it was to have.
+    /// Resume this checkpoint of the same render, and write on to it unless --checkpoint names another file. The image is that of an
+    /// uninterrupted render, to the last bit. Without --spp, the number of samples is that of the checkpoint
     #[arg(long, value_name = "FILE")]
     pub(super) resume: Option<PathBuf>,
-    /// End after this much time, such as 90s, 2m or 1.5h. Without --spp there is no other end, unless the sampler needs one.
+    /// End after this time, such as 90s, 2m or 1.5h. Without --spp it is the only end, if the sampler allows
     #[arg(long, alias = "time", value_name = "TIME", value_parser = duration)]
     pub(super) time_limit: Option<Duration>,
-    /// End when the estimated error is below this part of the mean of the image, such as 1% or 0.01: the root of the mean
-    /// variance of all pixels. Without --spp there is no other end, unless the sampler needs one.
+    /// End when the relative error is below this value, such as 1% or 0.01: the root of the mean variance of all pixels, over the
+    /// mean of the image. Without --spp it is the only end, if the sampler allows
     #[arg(long, value_name = "ERROR", value_parser = error)]
     pub(super) target_error: Option<f64>,
-    /// Take only the I-th of N parts of the samples of every pixel. Merge the checkpoints of all parts with etendue merge.
+    /// Render part I of N of the samples of every pixel; etendue merge adds the checkpoints of all parts
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<Shard>,
 }
@@ -63,12 +63,12 @@ fn shard(text: &str) -> Result<Shard, String> {
 }
 
 impl CheckpointOptions {
-    /// The file to keep sums in.
+    /// The checkpoint to write.
     pub(super) fn file(&self) -> Option<&Path> {
         self.checkpoint.as_deref().or(self.resume.as_deref())
     }
 
-    /// Makes sure that sums can be kept, as far as can be told before the work, and that nothing else is lost by it.
+    /// Checks before the work that the checkpoint can be written, and that it replaces no other file.
     pub(super) fn check_file(&self) -> anyhow::Result<()> {
         let Some(file) = self.file() else { return Ok(()) };
         check_writable(file)?;
@@ -77,12 +77,12 @@ impl CheckpointOptions {
         Ok(())
     }
 
-    /// What to go on from.
+    /// The checkpoint to resume.
     pub(super) fn resumed(&self) -> anyhow::Result<Option<Checkpoint>> {
         Ok(self.resume.as_deref().map(Checkpoint::read).transpose()?)
     }
 
-    /// Makes sure that the samples of a shard are not lost.
+    /// Checks that a shard has a checkpoint, which merging needs.
     pub(super) fn check_shard(&self) -> anyhow::Result<()> {
         anyhow::ensure!(
             self.shard.is_none() || self.file().is_some(),
@@ -91,7 +91,7 @@ impl CheckpointOptions {
         Ok(())
     }
 
-    /// Which samples are asked for.
+    /// The requested samples.
     pub(super) fn request(&self, seed: Option<u64>, spp: Option<u32>) -> SampleRequest {
         SampleRequest { seed, spp, shard: self.shard, time_limit: self.time_limit, target_error: self.target_error }
     }

@@ -16,23 +16,23 @@ use etendue::{
 use self::next::Sides;
 use super::{FAILED, say};
 
-/// Tells whether two images are estimates of the same picture.
+/// Decides whether two images have the same expectation.
 ///
-/// The reference is a folder made by scripts/make_references.py or compare_live.py, or another image. Images need
-/// their variances (the layers variance.R, .G and .B, which etendue writes) for a verdict: agrees, differs, or
-/// undecided for lack of samples. R, G and B are compared; no other layer is. The two must be independent: of
-/// different seeds, if etendue rendered both. Images that are the same to the last bit are said to be identical.
+/// The answer is agrees, differs, or undecided, which means that there are too few samples. It needs the variances of both images (the layers
+/// variance.R, .G and .B, which etendue writes), and independent images: use different seeds. R, G and B are compared, no other layer. Images
+/// that are equal to the last bit are identical. The reference is an image, or a folder made by scripts/make_references.py or
+/// compare_live.py.
 #[derive(Debug, Args)]
 pub(crate) struct Compare {
-    /// The image to judge.
+    /// The image to test
     #[arg(value_name = "TEST.exr")]
     test: PathBuf,
-    /// What it should be: a reference folder or an image.
+    /// The reference: an image or a reference folder
     reference: PathBuf,
-    /// Print everything as JSON.
+    /// Print the result as JSON
     #[arg(long)]
     json: bool,
-    /// Write test.png, reference.png, difference.png and, with a verdict, p-values.png into this folder.
+    /// Write test.png, reference.png, difference.png and p-values.png to this folder
     #[arg(long, value_name = "FOLDER")]
     pictures: Option<PathBuf>,
 }

@@ -5,23 +5,23 @@ use etendue::render::checkpoint::Checkpoint;
 
 use super::{check_writable, outputs::Picture, say};
 
-/// Adds the samples of several checkpoints of one render.
+/// Merges checkpoints of one render into an image.
 ///
-/// They must be of the same scene, integrator, sampler and seed, with different samples, such as those that etendue render
-/// makes with --shard 1/4, --shard 2/4, ... The channels of the image are those of a single render with all these samples,
-/// to the last bit. The scene itself is not needed.
+/// The checkpoints must be of the same scene, integrator, sampler and seed, with different samples, such as those of etendue render
+/// --shard 1/4, --shard 2/4, ... The channels of the image are those of a single render with all these samples, to the last bit. The
+/// scene itself is not needed.
 #[derive(Debug, Args)]
 pub(crate) struct Merge {
-    /// Checkpoints, in any order.
+    /// The checkpoints, in any order
     #[arg(value_name = "FILE", required = true)]
     files: Vec<PathBuf>,
-    /// The image to write.
+    /// The image to write
     #[arg(short, long, value_name = "OUT.exr", required_unless_present = "checkpoint")]
     output: Option<PathBuf>,
-    /// Also keep the sums of all in a file, to go on from or to merge with others.
+    /// Write the merged checkpoint, to resume or to merge further
     #[arg(long, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
-    /// Accept that samples are missing.
+    /// Merge although samples are missing
     #[arg(long)]
     partial: bool,
     #[command(flatten)]

@@ -13,16 +13,16 @@ use super::check_writable;
 /// The picture that can lie beside an image.
 #[derive(Debug, Args)]
 pub(super) struct Picture {
-    /// Also write a tone-mapped picture beside the image.
+    /// Write a tone-mapped PNG beside the image
     #[arg(long, requires = "output")]
     png: bool,
-    /// Show this layer in the picture instead of the image, such as caustic or raw of a photon mapper.
+    /// Show this layer in the picture, such as caustic, instead of the image
     #[arg(long, value_name = "NAME", requires = "png")]
     layer: Option<String>,
-    /// The exposure of the picture in stops [default: so that the mean of logarithms becomes a middle grey].
+    /// The exposure of the picture in stops [default: the log-average luminance becomes middle grey]
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, requires = "png", value_parser = stops)]
     exposure: Option<f64>,
-    /// How the picture shows bright parts: clip makes them white, filmic keeps details in them (Narkowicz's fit to ACES).
+    /// The tone curve: clip cuts bright parts off, filmic keeps their details (Narkowicz 2016, a fit to ACES)
     #[arg(long, value_name = "CURVE", requires = "png", value_enum, default_value_t = Curve::Clip)]
     tonemap: Curve,
 }

@@ -13,26 +13,25 @@ use etendue::{
 
 use super::{check_writable, say, source::SceneOptions};
 
-/// Emits the photons of a scene and tells where their power goes; nothing is rendered.
+/// Emits the photons of a scene and reports their power, without rendering.
 ///
-/// Photons are packets of light that are followed from the lights. Photon mapping keeps them wherever they meet a surface
-/// that scatters over more than single directions: in the global map all of them, in the caustic map those alone that
-/// mirrors or glass cast there, which get emissions of their own. They are exactly those that `etendue render` uses with
-/// the same seed and parameters. If the scene's integrator is not photonmapper, one with default parameters emits them,
-/// which keeps max_depth and rr_depth; set others with --param, such as --param global_photons=10000.
+/// Photon mapping stores photons where they hit surfaces with a smooth lobe. The global map holds all of them. The caustic map holds only
+/// those that mirrors or glass cast there; they are emitted separately. The photons are exactly those that etendue render uses with the same
+/// seed and parameters. If the scene's integrator is not photonmapper, a photonmapper with default parameters emits them; it keeps max_depth
+/// and rr_depth, and --param sets others, such as --param global_photons=10000.
 ///
-/// The table has a row for each class: direct (straight from a light), caustic (by way of mirrors or glass alone),
-/// indirect (all others). A photon is stored at every such surface that it meets, so that more may be stored than are
-/// emitted. Power is summed over the photons stored, in W, for red, green and blue.
+/// The table has a row for each class: direct (straight from an emitter), caustic (through mirrors or glass alone), indirect (all others). A
+/// photon may be stored several times, so more may be stored than are emitted. Power is the sum over stored photons in W, for red, green and
+/// blue.
 #[derive(Debug, Args)]
 pub(crate) struct Photons {
     #[command(flatten)]
     source: SceneOptions,
-    /// Also write a cloud of coloured points, which viewers of PLY files show.
+    /// Write a cloud of coloured points for viewers of PLY files
     #[arg(long, value_name = "FILE.ply")]
     ply: Option<PathBuf>,
-    /// Also write an array with the fields position, power, direction (to where the photon came from), class (0 direct,
-    /// 2 caustic, 3 indirect), bounces (surfaces met before) and map (0 global, 1 caustic), for numpy.load.
+    /// Write a structured array for numpy.load, with the fields position, power, direction (to where the photon came from), class (0 direct, 2
+    /// caustic, 3 indirect), bounces (surfaces before) and map (0 global, 1 caustic)
     #[arg(long, value_name = "FILE.npy")]
     npy: Option<PathBuf>,
 }

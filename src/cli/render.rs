@@ -31,27 +31,27 @@ use super::{
 
 /// Renders a scene into an OpenEXR file.
 ///
-/// The file has R, G and B as 32-bit floats, the layers that the integrator makes, the variance of the mean as
-/// variance.R, .G and .B, and says in its header how it was made.
+/// The file has R, G and B as 32-bit floats, the layers of the integrator, and the variance of each pixel's mean as variance.R, .G and .B. Its
+/// header records how it was made.
 ///
-/// Ctrl-C ends a render early: what there is, is written, with exit code 130. A second Ctrl-C ends it at once.
+/// Ctrl-C ends a render early, writes what there is, and exits with 130. A second Ctrl-C ends it at once.
 #[derive(Debug, Args)]
 pub(crate) struct Render {
     #[command(flatten)]
     source: SceneOptions,
-    /// Replace the scene's integrator, keeping what parameters both have, such as max_depth and rr_depth.
+    /// Replace the scene's integrator; parameters that both have, such as max_depth and rr_depth, stay
     #[arg(long, value_name = "NAME")]
     integrator: Option<String>,
-    /// Samples per pixel, which are passes of integrators that work in passes [default: the scene's sample_count].
+    /// Samples per pixel; passes of sppm [default: the scene's sample_count]
     #[arg(long, visible_alias = "passes", value_name = "N", allow_negative_numbers = true)]
     #[arg(value_parser = numbers::samples)]
     spp: Option<u32>,
-    /// The image to write.
+    /// The image to write
     #[arg(short, long, value_name = "OUT.exr", required_unless_present_any = ["replay", "checkpoint", "resume"])]
     output: Option<PathBuf>,
     #[command(flatten)]
     picture: Picture,
-    /// Print one sample of one pixel instead of rendering: its column and row in the image, and its number, from 0.
+    /// Print one sample of one pixel instead of rendering: column, row and number, all from 0
     #[arg(long, value_name = "X,Y,SAMPLE", allow_hyphen_values = true, value_parser = numbers::address)]
     replay: Option<[u32; 3]>,
     #[command(flatten)]

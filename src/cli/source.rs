@@ -13,25 +13,25 @@ use etendue::{
 
 use super::{faults, numbers};
 
-/// Which scene, with which values, seed and threads.
+/// The scene with its parameters, the seed and the threads.
 #[derive(Debug, Args)]
 pub(super) struct SceneOptions {
-    /// The scene, in Mitsuba 3's XML.
+    /// The scene, in Mitsuba 3's XML
     #[arg(value_name = "SCENE.xml")]
     scene: PathBuf,
-    /// Set a $parameter of the scene.
+    /// Set a $parameter of the scene
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = definition)]
     define: Vec<(String, String)>,
-    /// Replace the scene's sampler, keeping its sample_count and seed.
+    /// Replace the scene's sampler; sample_count and seed stay
     #[arg(long, value_name = "NAME")]
     sampler: Option<String>,
-    /// Set a parameter of the integrator.
+    /// Set a parameter of the integrator
     #[arg(long, value_name = "NAME=VALUE", value_parser = definition)]
     param: Vec<(String, String)>,
-    /// The seed [default: the sampler's, or 0].
+    /// The seed [default: the sampler's, or 0]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = numbers::seed)]
     seed: Option<u64>,
-    /// Threads [default: one per core]. Results do not depend on it.
+    /// The number of threads [default: one per core]. It never changes the image
     #[arg(long, value_name = "N", value_parser = numbers::count)]
     threads: Option<u16>,
 }
@@ -65,7 +65,7 @@ impl SceneOptions {
         Overrides { name: integrator, params: self.param.clone() }
     }
 
-    /// The scene with its integrator or the one that is named; warns of what is strange about them.
+    /// The scene with its integrator or the one that is named; prints their warnings.
     pub(super) fn renderer(&self, document: &Document, overrides: &Overrides) -> anyhow::Result<Renderer> {
         let renderer = Renderer::new(document, overrides).map_err(|error| faults::of_scene(&error))?;
         super::warn(&renderer.warnings());
@@ -116,7 +116,7 @@ impl SceneOptions {
         self.seed
     }
 
-    /// So many threads as are asked for.
+    /// The pool of the requested threads.
     pub(super) fn threads(&self) -> anyhow::Result<rayon::ThreadPool> {
         super::threads(self.threads)
     }

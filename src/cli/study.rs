@@ -12,36 +12,36 @@ use glob::Pattern;
 
 use super::{FAILED, numbers, say};
 
-/// Measures how errors fall: renders scenes by several methods and budgets with independent seeds, and fits the errors.
+/// Measures how errors fall with samples, photons or time.
 ///
-/// The study is a TOML file; assets/studies/README.md describes its form, and assets/studies has some. Each run is an image
-/// that a process of its own makes; runs that are there are not made again, so that a study that was stopped goes on. Rows
-/// are added to rows.jsonl and rows.csv as runs finish. At the end: cells (RMSE, variance and bias apart, with standard
-/// errors), fits.json, drawings in SVG, and the page index.html. Runs of Mitsuba are made by scripts/convergence.py.
+/// A study is a TOML file: scenes, methods, and values to vary. assets/studies/README.md describes it. Each run is an image, rendered by a
+/// process of its own with its own seed. Existing runs are kept, so a study that was stopped continues. The results are rows.jsonl and
+/// rows.csv (runs), cells (RMSE, variance and bias with standard errors), fits.json, plots in SVG, and the page index.html.
+/// scripts/convergence.py renders runs of Mitsuba.
 #[derive(Debug, Args)]
 pub(crate) struct Study {
-    /// The study.
+    /// The study
     #[arg(value_name = "STUDY.toml")]
     file: PathBuf,
-    /// Where the results go [default: reports/studies/ and the file's stem].
+    /// The folder of the results [default: reports/studies/ and the file's stem]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// Print a JSON line for each run that is missing, and make none.
+    /// Print a JSON line for each missing run, and render none
     #[arg(long, conflicts_with = "evaluate")]
     plan: bool,
-    /// With --plan: also the runs that are there.
+    /// With --plan: include existing runs
     #[arg(long, requires = "plan")]
     all: bool,
-    /// Make no runs; evaluate those that are there.
+    /// Render nothing, and evaluate the existing runs
     #[arg(long)]
     evaluate: bool,
-    /// Only make runs of cells whose names match, such as 'box.path.*'; all that are there are evaluated.
+    /// Render only cells whose names match, such as 'box.path.*'; all existing runs are evaluated
     #[arg(long, value_name = "GLOB", default_value = "*")]
     only: String,
-    /// Runs at a time.
+    /// Runs at a time
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = numbers::count)]
     jobs: u16,
-    /// Threads of each run [default: one per core, shared by the jobs]. Images do not depend on it.
+    /// Threads of each run [default: the cores divided by the jobs]. Images do not depend on it
     #[arg(long, value_name = "N", value_parser = numbers::count)]
     threads: Option<u16>,
 }

@@ -11,11 +11,11 @@ use glob::Pattern;
 
 use super::{FAILED, say};
 
-/// Checks everything that is claimed: closed-form laws, and scenes against their references.
+/// Checks all laws, and all scenes against their references.
 ///
-/// Without --standard or --full it takes a minute or two and has coarser power, which it prints. Run it where the folders assets and
-/// reference are. It writes the page reports/verify/index.html (with --only the page part.html beside it), and with --full also the
-/// summaries reports/verify.md and reports/verify.json.
+/// The quick effort, without --standard or --full, takes a minute or two; it prints the bias that it could have detected. Run it in the
+/// repository, where the folders assets and reference are. It writes the page reports/verify/index.html (with --only, part.html), and with
+/// --full also the summaries reports/verify.md and reports/verify.json.
 #[derive(Debug, Args)]
 pub(crate) struct Verify {
     /// Only rows whose name matches, such as 'fresnel/*' or 'reference/glass-*'.

@@ -52,14 +52,27 @@ fn help_names_the_exit_codes_and_every_option() {
         assert_eq!(said.code, Some(0));
         for word in options.iter().copied().chain([
             "Exit codes:",
-            "0  good",
-            "1  a verdict failed",
+            "0  success",
+            "1  a check failed",
             "2  bad input",
             "130  interrupted",
         ]) {
             assert!(said.out.contains(word), "{command} --help does not mention {word}:\n{}", said.out);
         }
     }
+}
+
+#[test]
+fn completions_and_the_man_page_are_printed() {
+    let folder = Folder::new();
+    let printed = |words: &str| {
+        let said = run(&mut folder.etendue(words));
+        assert_eq!((said.code, said.err.as_str()), (Some(0), ""), "{words}");
+        said.out
+    };
+    assert!(printed("completions bash").contains("--checkpoint-every"));
+    assert!(printed("completions zsh").starts_with("#compdef etendue"));
+    assert!(printed("man").contains(".TH etendue 1"));
 }
 
 #[test]
