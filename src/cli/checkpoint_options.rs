@@ -107,15 +107,16 @@ const POLITE: [std::ffi::c_int; 4] = {
 #[cfg(not(unix))]
 const POLITE: [std::ffi::c_int; 2] = [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM];
 
-/// Becomes true when the user or the system wants the program to end; the second time it ends at once.
+/// Becomes true when the user or the system wants the program to end. A second Ctrl-C ends it at once; the other signals may
+/// arrive several times, once for each thread of a parent that was killed.
 pub(super) fn interruptions() -> anyhow::Result<Arc<AtomicBool>> {
-    use signal_hook::flag;
+    use signal_hook::{consts::SIGINT, flag};
     let interrupted = Arc::new(AtomicBool::new(false));
+    // The order matters: the first SIGINT finds the flag unset.
+    flag::register_conditional_shutdown(SIGINT, INTERRUPTED.into(), Arc::clone(&interrupted))
+        .context("cannot wait for interruptions")?;
     for signal in POLITE {
-        // The order matters: the first signal finds the flag unset.
-        flag::register_conditional_shutdown(signal, INTERRUPTED.into(), Arc::clone(&interrupted))
-            .and_then(|_| flag::register(signal, Arc::clone(&interrupted)))
-            .context("cannot wait for interruptions")?;
+        flag::register(signal, Arc::clone(&interrupted)).context("cannot wait for interruptions")?;
     }
     Ok(interrupted)
 }

@@ -85,19 +85,19 @@ fn print(comparison: &Comparison) -> anyhow::Result<()> {
     say(comparison.conclusion())
 }
 
-/// A number with four digits, and 0 as such.
+/// Formats a number with four significant digits, or "0".
 fn plain(x: f64) -> String {
     if x == 0.0 { "0".into() } else { format!("{x:.3e}") }
 }
 
-/// The same with its sign.
+/// Formats a number as [`plain`] does, with its sign.
 fn signed(x: f64) -> String {
     if x == 0.0 { "0".into() } else { format!("{x:+.3e}") }
 }
 
-fn signed_percent(share: f64) -> String {
-    let percent = 100.0 * share;
-    // What would be rounded to nothing has its order of magnitude.
+fn signed_percent(ratio: f64) -> String {
+    let percent = 100.0 * ratio;
+    // Values that would be rounded to 0 are printed with their order of magnitude.
     match percent.abs() {
         0.0 => "0 %".into(),
         0.0..0.0005 => format!("{percent:+.1e} %"),
@@ -124,7 +124,7 @@ fn print_verdict(verdict: &Verdict) -> anyhow::Result<()> {
     }
     match verdict.global.worst_detectable_bias {
         Some(bias) => say(format_args!(
-            "power           a bias of {:.3} % or more in any channel would have been seen",
+            "power           a bias of {:.3} % or more in any channel would have been detected",
             100.0 * bias
         )),
         None => Ok(()),
@@ -139,7 +139,7 @@ fn write_pictures(
 ) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot be written", folder.display()))?;
     let narrow = |pixels: &[[f64; 3]]| pixels.iter().map(|p| p.map(|x| x as f32)).collect::<Vec<_>>();
-    // Both with the exposure of the reference, so that brightness can be compared.
+    // Both images have the exposure of the reference, so that their brightness can be compared.
     let exposure = picture::automatic_exposure(&narrow(reference));
     let mapped = |pixels: &[[f64; 3]]| picture::tone_mapped(test.width as u32, &narrow(pixels), exposure);
     let mut all = vec![

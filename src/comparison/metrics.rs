@@ -2,24 +2,24 @@ use serde::{Deserialize, Serialize};
 
 use crate::stats::tiles::luminance;
 
-/// Error metrics over all pixels and channels, in units of radiance where no other is named.
+/// Error metrics over all pixels and channels, in units of radiance unless stated otherwise.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Metrics {
     /// The mean of test minus reference.
     pub bias: f64,
     /// The square root of the mean squared difference.
     pub rmse: f64,
-    /// The mean of squared differences divided by squared references, without unit. The divisor is at least a hundredth of the
-    /// squared mean; Rousselle et al. 2011 add 1e-3 to the radiance instead.
+    /// The mean of the squared differences divided by the squared reference values; dimensionless. The divisor is at least
+    /// 0.01 times the squared mean luminance of the reference; Rousselle et al. 2011 add 1e-3 to the radiance instead.
     pub relative_mse: f64,
-    /// The mean of the test.
+    /// The mean of the test image.
     pub mean: f64,
     /// The mean of the reference.
     pub reference_mean: f64,
 }
 
 impl Metrics {
-    /// The metrics of two images of the same size.
+    /// The metrics of two images with the same number of pixels.
     #[must_use]
     pub fn new(test: &[[f64; 3]], reference: &[[f64; 3]]) -> Self {
         let pairs = || test.iter().flatten().zip(reference.iter().flatten());
@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn of_two_pixels_by_hand() {
+    fn metrics_of_two_pixels_match_hand_calculation() {
         let metrics = Metrics::new(&[[1.1; 3], [0.0; 3]], &[[1.0; 3], [0.0; 3]]);
         assert!((metrics.bias - 0.05).abs() < 1e-12);
         assert!((metrics.rmse - (0.01_f64 / 2.0).sqrt()).abs() < 1e-12);
@@ -51,7 +51,7 @@ mod tests {
     }
 
     #[test]
-    fn the_bias_is_the_difference_of_the_means_in_any_colour() {
+    fn bias_is_the_difference_of_the_means_for_any_colour() {
         let metrics = Metrics::new(&[[1.0, 0.2, 0.1], [0.3, 0.9, 0.0]], &[[0.1, 0.8, 0.1], [0.3, 0.4, 0.7]]);
         assert!((metrics.mean - metrics.reference_mean - metrics.bias).abs() < 1e-15, "{metrics:?}");
     }

@@ -1,7 +1,7 @@
 //! Comparison of two images: the verdict of [`stats::verdict`](crate::stats::verdict) and the usual error metrics.
 //!
-//! [`ImageEstimate::of_image`] takes an image of a film or of a file, [`ImageEstimate::of_replicates`] renders one. Then
-//! [`with_image`] compares two of them, and [`with_reference`] one with a reference that Mitsuba rendered.
+//! [`ImageEstimate::of_image`] takes an image from a film or a file; [`ImageEstimate::of_replicates`] renders one. Then
+//! [`with_image`] compares two estimates, and [`with_reference`] compares an estimate with a reference that Mitsuba rendered.
 
 pub mod equivalence;
 mod metrics;
@@ -29,20 +29,20 @@ pub const TILE: usize = 8;
 /// The result of a comparison.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Comparison {
-    /// The verdict; None if an image has no variances to test by.
+    /// The verdict; None if an image has no variances.
     pub verdict: Option<Verdict>,
     /// The names of the images that lack variances.
     pub without_variances: Vec<String>,
     /// Whether all pixels are equal to the last bit.
     pub identical: bool,
-    /// Error metrics, which do not account for noise.
+    /// Error metrics. They do not account for noise.
     pub metrics: Metrics,
     /// Samples per pixel of the test image; None if unknown.
     pub spp: Option<u64>,
 }
 
 impl Comparison {
-    /// The outcome in words, one line.
+    /// The outcome in words, as one line.
     #[must_use]
     pub fn conclusion(&self) -> String {
         if self.identical {
@@ -50,13 +50,13 @@ impl Comparison {
         }
         match self.verdict.as_ref().map(|verdict| verdict.outcome) {
             None => format!(
-                "undecided: no variances to test by (layers variance.R, .G, .B of two samples or more): {}",
+                "undecided: no variances (render two samples per pixel or more; layers variance.R, .G, .B): {}",
                 self.without_variances.join(", ")
             ),
             Some(Outcome::Agrees) => "agrees".into(),
             Some(Outcome::Differs) => "differs".into(),
             Some(Outcome::Undecided { needed_factor: None }) => {
-                "undecided (the reference is too noisy: more samples of the test alone will not do)".into()
+                "undecided (the reference is too noisy; more samples of the test image alone do not help)".into()
             }
             Some(Outcome::Undecided { needed_factor: Some(factor) }) => match self.spp {
                 Some(spp) => format!("undecided (not enough samples: needs about {:.0} spp)", spp as f64 * factor),
@@ -78,11 +78,11 @@ pub enum ComparisonError {
     /// The images have different sizes.
     #[error("{name}: is {}x{} pixels; the reference has {}x{}", found.0, found.1, expected.0, expected.1)]
     Size {
-        /// The file that does not fit.
+        /// The name of the image with the wrong size.
         name: String,
         /// Its width and height.
         found: (usize, usize),
-        /// The reference's.
+        /// Width and height of the reference.
         expected: (usize, usize),
     },
     /// An image lacks a channel.
@@ -96,9 +96,9 @@ pub enum ComparisonError {
     NotFinite {
         /// The file.
         name: String,
-        /// From 0.
+        /// The column, from 0.
         column: usize,
-        /// From 0.
+        /// The row, from 0.
         row: usize,
     },
     /// A variance is negative, infinite or not a number.
@@ -106,15 +106,15 @@ pub enum ComparisonError {
     Variance {
         /// The file.
         name: String,
-        /// From 0.
+        /// The column, from 0.
         column: usize,
-        /// From 0.
+        /// The row, from 0.
         row: usize,
     },
     /// The images cannot be reduced to tiles.
     #[error(transparent)]
     Tiles(#[from] TilesError),
-    /// There is no verdict on the tiles.
+    /// The verdict cannot be computed.
     #[error(transparent)]
     Verdict(#[from] VerdictError),
 }
@@ -122,7 +122,7 @@ pub enum ComparisonError {
 /// One side of a comparison: an image in linear Rec. 709 with its uncertainty.
 #[derive(Clone, Debug)]
 pub struct ImageEstimate {
-    /// Its name in messages.
+    /// The name used in messages.
     pub name: String,
     /// The number of columns.
     pub width: usize,
@@ -132,15 +132,15 @@ pub struct ImageEstimate {
     pub pixels: Vec<[f64; 3]>,
     /// The uncertainty of the pixels.
     pub uncertainty: Uncertainty,
-    /// Samples per pixel; None if unknown. The degrees of freedom of the variances and the advice for more samples follow
-    /// from it.
+    /// Samples per pixel; None if unknown. It determines the degrees of freedom of the variances and the number of samples
+    /// that an undecided comparison suggests.
     pub spp: Option<u64>,
 }
 
 /// The uncertainty of the pixels of an image.
 #[derive(Clone, Debug)]
 pub enum Uncertainty {
-    /// Unknown: there is no verdict.
+    /// The uncertainty is unknown; a comparison has no verdict.
     Unknown,
     /// The variance of the mean of each pixel. Pixels are assumed to be independent.
     Pixels(Vec<[f64; 3]>),
@@ -163,7 +163,7 @@ impl ImageEstimate {
             return Err(ComparisonError::NotFinite { name: name.to_owned(), column: at % width, row: at / width });
         }
         let uncertainty = match image.rgb(VARIANCE).map(wide) {
-            // An image of one sample says that it knows nothing of its noise.
+            // An image of one sample per pixel has infinite variances: its noise is unknown.
             Some(variances) if variances.iter().flatten().any(|x| *x != f64::INFINITY) => {
                 if let Some(at) = variances.iter().position(|v| !v.iter().all(|x| (0.0..f64::INFINITY).contains(x))) {
                     return Err(ComparisonError::Variance {
@@ -180,8 +180,8 @@ impl ImageEstimate {
         Ok(Self { name: name.to_owned(), width, height, pixels, uncertainty, spp })
     }
 
-    /// Renders `count` replicates, beginning with `first`, and takes their mean. Its uncertainty is the scatter of the
-    /// replicates, which also holds for integrators whose images have no variances.
+    /// Renders `count` replicates, beginning with `first`, and returns their mean. Its uncertainty is the scatter between
+    /// replicates, so it is also known for integrators whose images have no variances.
     ///
     /// # Panics
     /// If `count` is 0.
@@ -201,7 +201,7 @@ impl ImageEstimate {
         }
     }
 
-    /// The division into tiles.
+    /// The division of the image into tiles of [`TILE`] x [`TILE`] pixels.
     #[must_use]
     pub fn tiling(&self) -> Tiling {
         Tiling { width: self.width, height: self.height, size: TILE }
@@ -226,7 +226,7 @@ impl ImageEstimate {
         }
     }
 
-    /// The same image times a factor: a known bias, to check that a verdict detects it.
+    /// Multiplies the image by a factor. This adds a known bias, to check that a verdict detects it.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         let scale = |pixels: &Vec<[f64; 3]>, factor: f64| pixels.iter().map(|p| p.map(|x| factor * x)).collect();
@@ -246,7 +246,7 @@ impl ImageEstimate {
     }
 }
 
-/// Compares an image with a reference.
+/// Compares an image with a reference, using the default [`VerdictConfig`].
 ///
 /// # Errors
 /// If the sizes differ, or nothing can be compared.
@@ -254,10 +254,10 @@ pub fn with_reference(test: &ImageEstimate, reference: &Reference) -> Result<Com
     with_reference_configured(test, reference, &VerdictConfig::default())
 }
 
-/// Compares an image with a reference folder.
+/// Compares an image with a reference, using a given configuration.
 ///
 /// # Errors
-/// If sizes differ.
+/// If the sizes differ, or nothing can be compared.
 pub fn with_reference_configured(
     test: &ImageEstimate,
     reference: &Reference,
@@ -278,8 +278,8 @@ pub fn with_reference_configured(
     })
 }
 
-/// Compares two images, which are assumed to be independent: renders of different seeds. Pixels without noise in both images
-/// are compared within a tolerance.
+/// Compares two images, using the default [`VerdictConfig`]. The images are assumed to be independent: rendered with different
+/// seeds. Pixels without noise in both images are compared within a tolerance.
 ///
 /// # Errors
 /// If the sizes differ, or nothing can be compared.
@@ -287,10 +287,11 @@ pub fn with_image(test: &ImageEstimate, reference: &ImageEstimate) -> Result<Com
     with_image_configured(test, reference, &VerdictConfig::default())
 }
 
-/// Compares two images; what both show without noise is held to a tolerance.
+/// Compares two independent images, using a given configuration. Pixels without noise in both images are compared within a
+/// tolerance.
 ///
 /// # Errors
-/// If sizes differ.
+/// If the sizes differ, or nothing can be compared.
 pub fn with_image_configured(
     test: &ImageEstimate,
     reference: &ImageEstimate,
@@ -301,9 +302,9 @@ pub fn with_image_configured(
     let mask: Vec<bool> = (0..test.pixels.len()).map(|p| test.is_noisy(p) || reference.is_noisy(p)).collect();
     let verdict = match (test.tiles(&mask)?, reference.tiles(&mask)?) {
         (Some(ours), Some(theirs)) => {
-            let still: Vec<bool> = mask.iter().map(|noisy| !noisy).collect();
+            let noiseless: Vec<bool> = mask.iter().map(|noisy| !noisy).collect();
             let tolerance = DeterministicCheck::TOLERANCE;
-            let exact = deterministic(&still, |p| test.estimates(p), |p| reference.estimates(p), tolerance);
+            let exact = deterministic(&noiseless, |p| test.estimates(p), |p| reference.estimates(p), tolerance);
             Some(Verdict::compare(&ours, &theirs, exact, config)?)
         }
         _ => None,
@@ -352,7 +353,7 @@ impl ImageEstimate {
     }
 }
 
-/// The pixels of a mask, to a tolerance.
+/// Compares the pixels of a mask within a relative tolerance; None if the mask is empty.
 fn deterministic(
     mask: &[bool],
     ours: impl Fn(usize) -> [Estimate; 3],

@@ -1,4 +1,4 @@
-//! Reads files of `NumPy` arrays, as far as references need them: 32-bit floats in C order.
+//! A reader for `NumPy` array files with 32-bit floats in C order.
 
 /// An array of floats.
 #[derive(Debug, PartialEq)]
@@ -11,7 +11,7 @@ pub(super) struct Array {
 
 /// Reads an array from the bytes of its file.
 pub(super) fn read(bytes: &[u8]) -> Result<Array, String> {
-    let (header, data) = split(bytes).ok_or("is not a file of a NumPy array")?;
+    let (header, data) = split(bytes).ok_or("is not a NumPy array file")?;
     for wanted in ["'descr': '<f4'", "'fortran_order': False"] {
         if !header.contains(wanted) {
             return Err(format!("its header lacks {wanted}: {}", header.trim_end()));
@@ -20,12 +20,12 @@ pub(super) fn read(bytes: &[u8]) -> Result<Array, String> {
     let shape = shape(header).ok_or_else(|| format!("its header has no shape: {}", header.trim_end()))?;
     let size = shape.iter().try_fold(size_of::<f32>(), |size, length| size.checked_mul(*length));
     if size != Some(data.len()) {
-        return Err(format!("has {} bytes of data, which do not fit the shape {shape:?}", data.len()));
+        return Err(format!("has {} bytes of data, which do not match the shape {shape:?}", data.len()));
     }
     Ok(Array { shape, values: data.as_chunks().0.iter().map(|&bytes| f32::from_le_bytes(bytes)).collect() })
 }
 
-/// The header, a Python dictionary, and the data behind it. numpy.lib.format describes the versions 1 to 3.
+/// Splits the file into its header, a Python dictionary, and its data. `numpy.lib.format` describes the versions 1 to 3.
 fn split(bytes: &[u8]) -> Option<(&str, &[u8])> {
     let ([version, _], rest) = bytes.strip_prefix(b"\x93NUMPY")?.split_first_chunk()?;
     let (length, rest) = if *version == 1 {
@@ -48,7 +48,7 @@ fn shape(header: &str) -> Option<Vec<usize>> {
 mod tests {
     use super::*;
 
-    /// Bytes as `numpy.save` of numpy 2.4 writes them, but for the padding.
+    /// Bytes as `numpy.save` of numpy 2.4 writes them, except for the padding.
     fn file(version: u8, header: &str, values: &[f32]) -> Vec<u8> {
         let mut bytes = [b"\x93NUMPY".as_slice(), &[version, 0]].concat();
         match version {
@@ -74,11 +74,11 @@ mod tests {
     }
 
     #[test]
-    fn refuses_what_is_no_such_array() {
-        let fault = |bytes: &[u8]| read(bytes).expect_err("not such an array");
+    fn rejects_files_that_are_not_float_arrays() {
+        let fault = |bytes: &[u8]| read(bytes).expect_err("not a float array");
         let good = file(1, "{'descr': '<f4', 'fortran_order': False, 'shape': (2,), }\n", &[1.0, 2.0]);
         for length in [0, 5, 8, 9, 10, 40] {
-            assert_eq!(fault(&good[..length]), "is not a file of a NumPy array", "{length}");
+            assert_eq!(fault(&good[..length]), "is not a NumPy array file", "{length}");
         }
         assert!(fault(&good[..good.len() - 1]).starts_with("has 7 bytes of data"));
         for (header, expected) in [

@@ -5,8 +5,9 @@ use crate::{
     stats::{Verdict, tiles::luminance},
 };
 
-/// The signed difference of luminances relative to the mean luminance of the reference: blue where the test is
-/// darker, red where it is brighter, white where they are equal; full colour at `range`.
+/// The signed difference of luminances relative to the mean luminance of the reference. Pixels are blue where the test
+/// image is darker, red where it is brighter and white where the two are equal. A difference of `range` or more has full
+/// colour.
 #[must_use]
 pub fn difference(width: usize, test: &[[f64; 3]], reference: &[[f64; 3]], range: f64) -> RgbImage {
     let mean = reference.iter().map(|p| luminance(*p)).sum::<f64>() / reference.len() as f64;
@@ -14,8 +15,8 @@ pub fn difference(width: usize, test: &[[f64; 3]], reference: &[[f64; 3]], range
     picture(width, test.len() / width, |i| diverging(scale * (luminance(test[i]) - luminance(reference[i]))))
 }
 
-/// The p-value of every tile, from white at 1 over yellow to black at 1e-4 and below; grey where nothing was tested.
-/// If the images agree, one tile in ten is darker than p = 0.1.
+/// The p-value of every tile, from white at 1 over yellow to black at 1e-4 and below. Tiles that were not tested are grey.
+/// If the images agree, about one tile in ten has p < 0.1.
 #[must_use]
 pub fn p_values(verdict: &Verdict, width: usize, height: usize, tile: usize) -> RgbImage {
     picture(width, height, |i| {
@@ -31,13 +32,13 @@ fn picture(width: usize, height: usize, colour: impl Fn(usize) -> [u8; 3]) -> Rg
     RgbImage::from_fn(width as u32, height as u32, |x, y| colour(y as usize * width + x as usize))
 }
 
-/// From -1 (blue) over 0 (white) to 1 (red).
+/// A diverging colour map from -1 (blue) over 0 (white) to 1 (red).
 pub(crate) fn diverging(x: f64) -> [u8; 3] {
     let end = if x < 0.0 { [33.0, 102.0, 172.0] } else { [178.0, 24.0, 43.0] };
     end.map(|channel: f64| (255.0 + (channel - 255.0) * x.abs().min(1.0)) as u8)
 }
 
-/// From 0 (white) over yellow and red to 1 (black).
+/// A sequential colour map from 0 (white) over yellow and red to 1 (black).
 pub(crate) fn sequential(x: f64) -> [u8; 3] {
     const STOPS: [[f64; 3]; 4] = [[255.0, 255.0, 255.0], [254.0, 217.0, 118.0], [189.0, 0.0, 38.0], [0.0, 0.0, 0.0]];
     let at = x.clamp(0.0, 1.0) * (STOPS.len() - 1) as f64;

@@ -13,30 +13,30 @@ use crate::{
     stats::{Estimate, TiledMeans, TilesError, Tiling},
 };
 
-/// An image that another renderer made, in many independent batches. `scripts/make_references.py` writes it.
+/// An image that another renderer made in many independent batches. `scripts/make_references.py` writes it.
 #[derive(Debug)]
 pub struct Reference {
-    /// Columns.
+    /// The number of columns.
     pub width: usize,
-    /// Rows.
+    /// The number of rows.
     pub height: usize,
-    /// The mean of all batches, row by row.
+    /// The mean of all batches: red, green and blue of each pixel, row by row.
     pub pixels: Vec<[f64; 3]>,
-    /// Which pixels have noise and lie in a tile where at least a quarter of the pixels have.
+    /// The pixels that have noise and lie in a tile where at least a quarter of the pixels have noise.
     pub stochastic: Vec<bool>,
-    /// Which pixels are known exactly. Those that are neither have noise almost alone in their tile: its mean rests on
-    /// events as rare as an edge that one sample in a thousand meets, too skewed for a t test. The rule knows
-    /// nothing of the image that is judged.
+    /// The pixels that are known exactly. A pixel that is neither stochastic nor exact lies in a tile with few noisy pixels.
+    /// The mean of such a tile depends on rare events, such as an edge that one sample in a thousand hits, and is too skewed
+    /// for a t test. The rule does not depend on the image under test.
     pub exact: Vec<bool>,
     /// The standard errors of the pixels' means.
     pub std_errors: Vec<[f64; 3]>,
-    /// The means of the stochastic pixels of every tile, with their scatter between batches.
+    /// The mean of the stochastic pixels of every tile, with its scatter between batches.
     pub tiles: TiledMeans,
-    /// How it was made.
+    /// How the reference was made.
     pub provenance: Provenance,
 }
 
-/// The fewest noisy pixels of a tile that is tested, a quarter of all.
+/// The minimum number of noisy pixels in a tested tile: a quarter of its pixels.
 pub(super) const MIN_COUNT: u32 = (TILE * TILE / 4) as u32;
 
 /// How a reference was made: its `PROVENANCE.toml`.
@@ -44,30 +44,30 @@ pub(super) const MIN_COUNT: u32 = (TILE * TILE / 4) as u32;
 pub struct Provenance {
     /// The name of the renderer.
     pub renderer: String,
-    /// Its version.
+    /// The version of the renderer.
     pub version: String,
-    /// Which of its variants.
+    /// The variant of the renderer.
     pub variant: String,
-    /// The name of the integrator in the scene, unless another stands in for it.
+    /// The name of the integrator in the scene, or of its stand-in.
     pub integrator: String,
-    /// Samples per pixel of a batch.
+    /// Samples per pixel in a batch.
     pub spp_per_batch: u64,
-    /// How many batches.
+    /// The number of batches.
     pub batches: u64,
-    /// The largest relative difference allowed where the reference has no noise: 1e-4, unless the renderer is known to
-    /// be less exact there.
+    /// The maximum relative difference allowed where the reference has no noise: 1e-4, unless the renderer is known to be
+    /// less exact there.
     pub exact_tolerance: f64,
-    /// The command that makes it again.
+    /// The command that renders the reference again.
     pub command: String,
-    /// What took the place of what the renderer lacks.
+    /// The stand-ins for plugins that the renderer lacks.
     #[serde(default)]
     pub stand_ins: Vec<String>,
-    /// The SHA-256 of every file the scene read, by its path from the scene's folder.
+    /// The SHA-256 of every file that the scene reads, by its path relative to the scene's folder.
     pub files: BTreeMap<String, String>,
 }
 
 impl Provenance {
-    /// Whether its renderer followed light from its source, and so shows mirrors and glass black.
+    /// Whether the reference was made by light tracing, which renders mirrors and glass black.
     #[must_use]
     pub fn shows_no_specular(&self) -> bool {
         self.integrator == "ptracer"
@@ -75,36 +75,36 @@ impl Provenance {
     }
 }
 
-/// Why a reference cannot be used; one line.
+/// The reason why a reference cannot be used. Displays as one line.
 #[derive(Debug, thiserror::Error)]
 pub enum ReferenceError {
-    /// The image.
+    /// The image cannot be read.
     #[error(transparent)]
     File(#[from] FileError),
-    /// One of the other files.
+    /// Another file of the reference is missing or malformed.
     #[error("{}: {what}", file.display())]
     Broken {
-        /// Which.
+        /// The file.
         file: PathBuf,
-        /// Why.
+        /// What is wrong.
         what: String,
     },
-    /// Made of another scene than there is now.
+    /// The scene has changed since the reference was rendered.
     #[error("{}: is stale: {changed} has changed since it was rendered; run: {command}", folder.display())]
     Stale {
-        /// The reference.
+        /// The reference folder.
         folder: PathBuf,
-        /// The scene's file that has another hash now.
+        /// The file of the scene whose hash has changed.
         changed: String,
-        /// What makes it anew.
+        /// The command that renders the reference again.
         command: String,
     },
-    /// Reduction to tiles.
+    /// The images of the reference cannot be reduced to tiles.
     #[error("{}: {what}", folder.display())]
     Tiles {
-        /// The reference.
+        /// The reference folder.
         folder: PathBuf,
-        /// What does not fit.
+        /// What is wrong.
         what: TilesError,
     },
 }
@@ -113,7 +113,7 @@ impl Reference {
     /// Loads a reference folder.
     ///
     /// # Errors
-    /// If a file is missing or broken, or they do not fit together.
+    /// If a file is missing or malformed, or the files do not match.
     pub fn load(folder: &Path) -> Result<Self, ReferenceError> {
         let provenance = load_provenance(folder)?;
         let path = folder.join("reference.exr");
@@ -144,7 +144,7 @@ impl Reference {
         })
     }
 
-    /// What is known of the channels of a pixel.
+    /// The estimates of the three channels of a pixel.
     pub(super) fn estimates(&self, pixel: usize) -> [Estimate; 3] {
         let dof = self.provenance.batches.saturating_sub(1).max(1) as f64;
         [0, 1, 2].map(|c| Estimate {
@@ -154,7 +154,7 @@ impl Reference {
         })
     }
 
-    /// Checks that the scene is still the one it was made of.
+    /// Checks that the files of the scene have not changed since the reference was rendered.
     ///
     /// # Errors
     /// If a file of the scene is missing or has changed.
@@ -174,7 +174,7 @@ impl Reference {
     }
 }
 
-/// The noisy pixels of tiles that hold enough of them.
+/// The noisy pixels in tiles that contain at least [`MIN_COUNT`] noisy pixels.
 fn well_filled(tiling: &Tiling, exact: &[bool]) -> Result<Vec<bool>, TilesError> {
     let noisy: Vec<bool> = exact.iter().map(|exact| !exact).collect();
     let counts = tiling.counts(&noisy)?;
@@ -188,14 +188,14 @@ fn load_provenance(folder: &Path) -> Result<Provenance, ReferenceError> {
     toml::from_str(&text).map_err(|error| broken(error.message().to_owned()))
 }
 
-/// The array of shape (batches, rows of tiles, columns of tiles, 3).
+/// Reads the tile means of each batch from an array of shape (batches, rows of tiles, columns of tiles, 3).
 fn load_batches(file: &Path, tiling: &Tiling) -> Result<Vec<Vec<[f64; 3]>>, ReferenceError> {
     let broken = |what: String| ReferenceError::Broken { file: file.to_owned(), what };
     let bytes = fs::read(file).map_err(|error| broken(error.to_string()))?;
     let npy::Array { shape, values } = npy::read(&bytes).map_err(broken)?;
     let (rows, columns) = (tiling.rows(), tiling.columns());
     if shape.len() != 4 || shape[1..] != [rows, columns, 3] {
-        return Err(broken(format!("has shape {shape:?}; the image needs (batches, {rows}, {columns}, 3)")));
+        return Err(broken(format!("has shape {shape:?}; expected (batches, {rows}, {columns}, 3)")));
     }
     let pixels: Vec<[f64; 3]> = values.chunks_exact(3).map(|p| [0, 1, 2].map(|c| f64::from(p[c]))).collect();
     Ok(pixels.chunks_exact(rows * columns).map(<[_]>::to_vec).collect())

@@ -410,7 +410,7 @@ fn compare_agrees_differs_and_asks_for_samples() {
         (
             "mute.exr",
             1,
-            "undecided: no variances to test by (layers variance.R, .G, .B of two samples or more): mute.exr",
+            "undecided: no variances (render two samples per pixel or more; layers variance.R, .G, .B): mute.exr",
         ),
         ("reference.exr", 0, "identical, pixel by pixel"),
     ];

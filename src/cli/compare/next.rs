@@ -1,4 +1,4 @@
-//! What to run after a comparison that decided nothing.
+//! The command to run after an undecided comparison.
 
 use std::path::Path;
 
@@ -6,23 +6,23 @@ use etendue::{comparison::Comparison, film::Image, stats::Outcome};
 
 use crate::cli::source::quoted;
 
-/// The test and the reference.
+/// The test image and the reference, in this order.
 pub(super) struct Sides<'a> {
     pub(super) files: [&'a Path; 2],
-    /// What the headers say; a reference folder has none.
+    /// The images with their headers; None for a reference folder.
     pub(super) images: [Option<&'a Image>; 2],
 }
 
-/// The factor by which the samples of a side grow that is too noisy by an unknown factor.
+/// The factor for the number of samples of an image where the needed factor is unknown.
 const MORE: f64 = 16.0;
-/// The number of samples that a verdict needs is estimated from noise; with half as many again it is surely reached.
+/// The number of samples that a verdict needs is estimated from noise. This safety factor covers the error of the estimate.
 const MARGIN: f64 = 1.5;
 
-/// What decides between *agrees* and *differs*, if nothing has.
+/// The next step towards *agrees* or *differs*; None if the comparison is decided.
 pub(super) fn step(comparison: &Comparison, sides: &Sides<'_>) -> Option<String> {
     match comparison.verdict.as_ref().map(|verdict| verdict.outcome) {
         _ if comparison.identical => None,
-        // The images have no variances, most often because they have one sample.
+        // The images have no variances, most often because they have one sample per pixel.
         None => {
             (0..2).find_map(|side| command(sides, side, MORE).filter(|_| sides.images[side].and_then(spp) == Some(1)))
         }
@@ -47,8 +47,8 @@ fn seed(image: &Image) -> Option<u64> {
     image.attribute("etendue.seed")?.parse().ok()
 }
 
-/// The command that renders a side again with more samples, if its header says how it was made. Its seed is another than
-/// that of the other side, since the two must be independent.
+/// The command that renders one image again with more samples; None if its header lacks the scene or the options. Its seed
+/// differs from that of the other image, because the two must be independent.
 fn command(sides: &Sides<'_>, side: usize, factor: f64) -> Option<String> {
     let image = sides.images[side]?;
     let (scene, options) = (image.attribute("etendue.scene")?, image.attribute("etendue.options")?);
