@@ -68,7 +68,8 @@ pub enum Effort {
 const QUICK_SHARE: u32 = 8;
 /// The quick effort takes no fewer samples than this, unless the standard one does: a t test of fewer has no power.
 const MIN_SAMPLES: u32 = 8;
-/// The standard deviation of few samples is uncertain: that of 8 is up to 1.5 times the true one, in all but 2.5 % of cases.
+/// The standard deviation of few samples is uncertain: that of 8 is up to 1.5 times the true one, in all but 2.5 % of
+/// cases.
 const SLACK: f64 = 1.5;
 
 impl Effort {
@@ -105,15 +106,16 @@ impl Effort {
         }
     }
 
-    /// How many samples to take where fewer than at the standard effort would show nothing: events are rare, or the claim names
-    /// the precision.
+    /// How many samples to take where fewer than at the standard effort would show nothing: events are rare, or the
+    /// claim names the precision.
     #[must_use]
     pub fn needed_samples(self, standard: u32) -> u32 {
         self.samples(standard).max(standard)
     }
 
-    /// The bound of equivalence for [`Effort::samples`], where a number of samples of the standard effort has the given one. At the
-    /// quick effort it is wider, as the confidence interval of the mean of fewer samples is, and [`SLACK`] times as wide again.
+    /// The bound of equivalence for [`Effort::samples`], where a number of samples of the standard effort has the given
+    /// one. At the quick effort it is wider, as the confidence interval of the mean of fewer samples is, and [`SLACK`]
+    /// times as wide again.
     #[must_use]
     pub fn bound(self, standard: u32, bound: f64) -> f64 {
         let half_width = |samples: u32| Equivalence::half_width(f64::from(samples));
@@ -195,7 +197,8 @@ pub enum Measured {
     },
     /// A test of whether two means are equal within a bound.
     Equivalence {
-        /// How far apart they may be at the level of [`equivalence`](crate::stats::equivalence), relative to the expected one.
+        /// How far apart they may be at the level of [`equivalence`](crate::stats::equivalence), relative to the
+        /// expected one.
         limit: f64,
         /// The largest allowed distance, relative too.
         bound: f64,
@@ -261,8 +264,8 @@ impl Finding {
         Self { scatter: Some(scatter), ..Self::test(subject, statistic, test.p) }
     }
 
-    /// The relative bias of a mean that its test at a level would have detected 99 times in a hundred, if this is a test of means
-    /// and the expected mean is not 0.
+    /// The relative bias of a mean that its test at a level would have detected 99 times in a hundred, if this is a
+    /// test of means and the expected mean is not 0.
     #[must_use]
     pub fn detectable_bias(&self, level: f64) -> Option<f64> {
         let Scatter { expected, std_error, dof } = self.scatter?;
@@ -316,12 +319,12 @@ pub fn worst(bound: f64, collect: impl FnOnce(&mut dyn FnMut(&str, f64))) -> Vec
 /// The chance that any of all tests of a complete run fails although every claim holds.
 pub const LEVEL: f64 = 0.01;
 
-/// The number of tests that a complete run may have. It is a round number above the one that there is, so that a new plugin leaves
-/// the level as it is; a test of `validation` compares the two.
+/// The number of tests that a complete run may have. It is a round number above the one that there is, so that a new
+/// plugin leaves the level as it is; a test of `validation` compares the two.
 pub const MAX_TESTS: usize = 2500;
 
-/// The level at which each test fails, Šidák-corrected for [`MAX_TESTS`]. It is the same for a selection of laws as for all, so
-/// that no selection fails where the complete run holds.
+/// The level at which each test fails, Šidák-corrected for [`MAX_TESTS`]. It is the same for a selection of laws as for
+/// all, so that no selection fails where the complete run holds.
 #[must_use]
 pub fn level_of_each() -> f64 {
     sidak_level(LEVEL, MAX_TESTS)

@@ -30,25 +30,28 @@
 //! # Ok::<(), SceneError>(())
 //! ```
 //!
-//! A scene file gives the same document: `xml::read(Path::new("scene.xml"), &[])?`. The folder `examples` of the repository
-//! has programs that render to an array, render a caustic by photon mapping, and compare two films.
+//! A scene file gives the same document: `xml::read(Path::new("scene.xml"), &[])?`. The folder `examples` of the
+//! repository has programs that render to an array, render a caustic by photon mapping, and compare two films.
 //!
 //! # A tour
 //!
-//! The modules stand in layers: each uses only itself and those before it, which a test checks. The terms that are our own
-//! are defined in the [`glossary`].
+//! The modules stand in layers: each uses only itself and those before it, which a test checks. The terms that are our
+//! own are defined in the [`glossary`].
 //!
-//! 1. **Foundations.** [`memory`] makes room that may not be had. [`math`] has rays, boxes, frames, densities and random streams. [`stats`] has moments, exact sums, tests and
+//! 1. **Foundations.** [`memory`] makes room that may not be had. [`math`] has rays, boxes, frames, densities and
+//! random streams. [`stats`] has moments, exact sums, tests and
 //!    the verdict on two images. [`law`] is how claims are written down.
 //! 2. **Scene descriptions.** [`scene_file`] makes a [`Document`](scene_file::Document) from Mitsuba's XML
 //!    ([`scene_file::xml`]) or from code ([`scene_file::builder`]). [`provenance`] hashes what a scene was made from.
 //! 3. **Scenes.** Each kind of plugin has a module with a closed list of members, whose documentation is their manual:
 //!    [`texture`], [`shape`], [`bsdf`], [`emitter`], [`sampler`], [`film`], [`sensor`]. A [`scene`] holds what a document
 //!    describes, ready for rays.
-//! 4. **Light transport.** [`transport`] has what integrators share, [`photon`] has photon maps, and [`integrator`] has the
+//! 4. **Light transport.** [`transport`] has what integrators share, [`photon`] has photon maps, and [`integrator`] has
+//! the
 //!    estimators: `path`, `ptracer`, `photonmapper`, `sppm` and others. A [`Renderer`](render::Renderer) of [`render`] takes
 //!    samples on all threads and adds them to a [`Film`](film::Film).
-//! 5. **Use and checks.** The [`catalogue`] lists all plugins with their parameters. A [`comparison`] judges two images. The
+//! 5. **Use and checks.** The [`catalogue`] lists all plugins with their parameters. A [`comparison`] judges two
+//! images. The
 //!    [`prelude`] has what most programs need. `validation` runs all laws and compares all scenes, `report` shows the result
 //!    as a page, and a `study` measures how errors fall.
 //!

@@ -39,8 +39,8 @@ pub fn hash_of_file(path: &std::path::Path) -> io::Result<String> {
     Ok(hexadecimal(&Sha256::digest(fs::read(path)?)))
 }
 
-/// The SHA-256 of what a scene is made of, in hexadecimal: of the hashes of all its files, in order, after all objects and
-/// parameters if it was built in code.
+/// The SHA-256 of what a scene is made of, in hexadecimal: of the hashes of all its files, in order, after all objects
+/// and parameters if it was built in code.
 ///
 /// # Errors
 /// If a file cannot be read.

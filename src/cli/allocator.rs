@@ -1,8 +1,8 @@
 //! Memory that runs out ends the program as other faults do: with one line and the exit code of bad input.
 //!
-//! The library asks for its largest pieces, the film, in a way that gives an error. Whatever else asks, in this program or
-//! in a crate that it uses, has no way to go on; the standard library would abort. Its hook for this is not stable, so the
-//! system's allocator is wrapped. Each method passes its arguments on as they are and only looks at the answer.
+//! The library asks for its largest pieces, the film, in a way that gives an error. Whatever else asks, in this program
+//! or in a crate that it uses, has no way to go on; the standard library would abort. Its hook for this is not stable,
+//! so the system's allocator is wrapped. Each method passes its arguments on as they are and only looks at the answer.
 
 use std::{
     alloc::{GlobalAlloc, Layout, System},

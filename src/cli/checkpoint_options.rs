@@ -25,15 +25,16 @@ pub(super) struct CheckpointOptions {
     /// The time between checkpoints, such as 90s, 2m or 1.5h
     #[arg(long, alias = "every", value_name = "TIME", default_value = "60s", value_parser = duration)]
     pub(super) checkpoint_every: Duration,
-    /// Resume this checkpoint of the same render, and write on to it unless --checkpoint names another file. The image is that of an
-    /// uninterrupted render, to the last bit. Without --spp, the number of samples is that of the checkpoint
+    /// Resume this checkpoint of the same render, and write on to it unless --checkpoint names another file. The image
+    /// is that of an uninterrupted render, to the last bit. Without --spp, the number of samples is that of the
+    /// checkpoint
     #[arg(long, value_name = "FILE")]
     pub(super) resume: Option<PathBuf>,
     /// End after this time, such as 90s, 2m or 1.5h. Without --spp it is the only end, if the sampler allows
     #[arg(long, alias = "time", value_name = "TIME", value_parser = duration)]
     pub(super) time_limit: Option<Duration>,
-    /// End when the relative error is below this value, such as 1% or 0.01: the root of the mean variance of all pixels, over the
-    /// mean of the image. Without --spp it is the only end, if the sampler allows
+    /// End when the relative error is below this value, such as 1% or 0.01: the root of the mean variance of all
+    /// pixels, over the mean of the image. Without --spp it is the only end, if the sampler allows
     #[arg(long, value_name = "ERROR", value_parser = error)]
     pub(super) target_error: Option<f64>,
     /// Render part I of N of the samples of every pixel; etendue merge adds the checkpoints of all parts
@@ -97,8 +98,8 @@ impl CheckpointOptions {
     }
 }
 
-/// The signals that ask for an end: of the keyboard, of whoever ends the session or the machine, and of the schedulers of
-/// clusters shortly before they kill (`#SBATCH --signal=USR1@120`).
+/// The signals that ask for an end: of the keyboard, of whoever ends the session or the machine, and of the schedulers
+/// of clusters shortly before they kill (`#SBATCH --signal=USR1@120`).
 #[cfg(unix)]
 const POLITE: [std::ffi::c_int; 4] = {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
@@ -107,8 +108,8 @@ const POLITE: [std::ffi::c_int; 4] = {
 #[cfg(not(unix))]
 const POLITE: [std::ffi::c_int; 2] = [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM];
 
-/// Becomes true when the user or the system wants the program to end. A second Ctrl-C ends it at once; the other signals may
-/// arrive several times, once for each thread of a parent that was killed.
+/// Becomes true when the user or the system wants the program to end. A second Ctrl-C ends it at once; the other
+/// signals may arrive several times, once for each thread of a parent that was killed.
 pub(super) fn interruptions() -> anyhow::Result<Arc<AtomicBool>> {
     use signal_hook::{consts::SIGINT, flag};
     let interrupted = Arc::new(AtomicBool::new(false));

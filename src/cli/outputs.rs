@@ -82,8 +82,8 @@ impl Outputs<'_> {
         Ok(())
     }
 
-    /// Writes the image, and the picture with the exposure that it gets, which both headers say; returns what there is to
-    /// tell about the picture.
+    /// Writes the image, and the picture with the exposure that it gets, which both headers say; returns what there is
+    /// to tell about the picture.
     pub(super) fn write(&self, image: &mut Image) -> anyhow::Result<Option<String>> {
         let Some(png) = &self.png else {
             exr::write(self.exr, image)?;

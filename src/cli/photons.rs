@@ -15,14 +15,15 @@ use super::{check_writable, say, source::SceneOptions};
 
 /// Emits the photons of a scene and reports their power, without rendering.
 ///
-/// Photon mapping stores photons where they hit surfaces with a smooth lobe. The global map holds all of them. The caustic map holds only
-/// those that mirrors or glass cast there; they are emitted separately. The photons are exactly those that etendue render uses with the same
-/// seed and parameters. If the scene's integrator is not photonmapper, a photonmapper with default parameters emits them; it keeps max_depth
-/// and rr_depth, and --param sets others, such as --param global_photons=10000.
+/// Photon mapping stores photons where they hit surfaces with a smooth lobe. The global map holds all of them. The
+/// caustic map holds only those that mirrors or glass cast there; they are emitted separately. The photons are exactly
+/// those that etendue render uses with the same seed and parameters. If the scene's integrator is not photonmapper, a
+/// photonmapper with default parameters emits them; it keeps max_depth and rr_depth, and --param sets others, such as
+/// --param global_photons=10000.
 ///
-/// The table has a row for each class: direct (straight from an emitter), caustic (through mirrors or glass alone), indirect (all others). A
-/// photon may be stored several times, so more may be stored than are emitted. Power is the sum over stored photons in W, for red, green and
-/// blue.
+/// The table has a row for each class: direct (straight from an emitter), caustic (through mirrors or glass alone),
+/// indirect (all others). A photon may be stored several times, so more may be stored than are emitted. Power is the
+/// sum over stored photons in W, for red, green and blue.
 #[derive(Debug, Args)]
 pub(crate) struct Photons {
     #[command(flatten)]
@@ -30,8 +31,8 @@ pub(crate) struct Photons {
     /// Write a cloud of coloured points for viewers of PLY files
     #[arg(long, value_name = "FILE.ply")]
     ply: Option<PathBuf>,
-    /// Write a structured array for numpy.load, with the fields position, power, direction (to where the photon came from), class (0 direct, 2
-    /// caustic, 3 indirect), bounces (surfaces before) and map (0 global, 1 caustic)
+    /// Write a structured array for numpy.load, with the fields position, power, direction (to where the photon came
+    /// from), class (0 direct, 2 caustic, 3 indirect), bounces (surfaces before) and map (0 global, 1 caustic)
     #[arg(long, value_name = "FILE.npy")]
     npy: Option<PathBuf>,
 }

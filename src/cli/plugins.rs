@@ -10,11 +10,12 @@ use super::say;
 
 /// Lists the plugins of scene files, or prints the manual page of one.
 ///
-/// A manual page has the plugin's formula and source, its parameters with types, ranges and defaults, an example, and the names of the checks
-/// that cover it, for etendue verify --only.
+/// A manual page has the plugin's formula and source, its parameters with types, ranges and defaults, an example, and
+/// the names of the checks that cover it, for etendue verify --only.
 #[derive(Debug, Args)]
 pub(crate) struct Plugins {
-    /// A plugin, such as sppm, for its manual page; or a category, such as bsdf, or a part of a name, for a smaller table
+    /// A plugin, such as sppm, for its manual page; or a category, such as bsdf, or a part of a name, for a smaller
+    /// table
     name: Option<String>,
     /// Print a Markdown table of the plugins of Mitsuba 3.9: read here, or not
     #[arg(long, conflicts_with = "name")]

@@ -31,8 +31,8 @@ use super::{
 
 /// Renders a scene into an OpenEXR file.
 ///
-/// The file has R, G and B as 32-bit floats, the layers of the integrator, and the variance of each pixel's mean as variance.R, .G and .B. Its
-/// header records how it was made.
+/// The file has R, G and B as 32-bit floats, the layers of the integrator, and the variance of each pixel's mean as
+/// variance.R, .G and .B. Its header records how it was made.
 ///
 /// Ctrl-C ends a render early, writes what there is, and exits with 130. A second Ctrl-C ends it at once.
 #[derive(Debug, Args)]

@@ -13,8 +13,9 @@ use super::{FAILED, say};
 
 /// Checks all laws, and all scenes against their references.
 ///
-/// The quick effort, without --standard or --full, takes a minute or two; it prints the bias that it could have detected. Run it in the
-/// repository, where the folders assets and reference are. It writes the page reports/verify/index.html (with --only, part.html), and with
+/// The quick effort, without --standard or --full, takes a minute or two; it prints the bias that it could have
+/// detected. Run it in the repository, where the folders assets and reference are. It writes the page
+/// reports/verify/index.html (with --only, part.html), and with
 /// --full also the summaries reports/verify.md and reports/verify.json.
 #[derive(Debug, Args)]
 pub(crate) struct Verify {

@@ -27,10 +27,11 @@ pub struct Work {
 /// Tests whether a photon-mapped image, extrapolated to lookup radius 0, is equivalent to a reference.
 ///
 /// There are seven findings: the mean of each channel, and the mean luminance of each quarter of the film. There is one
-/// renderer for each radius of [`TO_RADIUS_ZERO`]; all renderers of a replicate use the same photons and the same samples.
+/// renderer for each radius of [`TO_RADIUS_ZERO`]; all renderers of a replicate use the same photons and the same
+/// samples.
 ///
-/// The extrapolation relies on the bias of density estimates being even in the radius. A biased image is never tested for a
-/// difference.
+/// The extrapolation relies on the bias of density estimates being even in the radius. A biased image is never tested
+/// for a difference.
 ///
 /// # Panics
 /// If there are fewer than two replicates.

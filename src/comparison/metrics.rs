@@ -9,8 +9,9 @@ pub struct Metrics {
     pub bias: f64,
     /// The square root of the mean squared difference.
     pub rmse: f64,
-    /// The mean of the squared differences divided by the squared reference values; dimensionless. The divisor is at least
-    /// 0.01 times the squared mean luminance of the reference; Rousselle et al. 2011 add 1e-3 to the radiance instead.
+    /// The mean of the squared differences divided by the squared reference values; dimensionless. The divisor is at
+    /// least 0.01 times the squared mean luminance of the reference; Rousselle et al. 2011 add 1e-3 to the radiance
+    /// instead.
     pub relative_mse: f64,
     /// The mean of the test image.
     pub mean: f64,

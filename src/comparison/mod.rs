@@ -1,7 +1,8 @@
 //! Comparison of two images: the verdict of [`stats::verdict`](crate::stats::verdict) and the usual error metrics.
 //!
 //! [`ImageEstimate::of_image`] takes an image from a film or a file; [`ImageEstimate::of_replicates`] renders one. Then
-//! [`with_image`] compares two estimates, and [`with_reference`] compares an estimate with a reference that Mitsuba rendered.
+//! [`with_image`] compares two estimates, and [`with_reference`] compares an estimate with a reference that Mitsuba
+//! rendered.
 
 pub mod equivalence;
 mod metrics;
@@ -132,8 +133,8 @@ pub struct ImageEstimate {
     pub pixels: Vec<[f64; 3]>,
     /// The uncertainty of the pixels.
     pub uncertainty: Uncertainty,
-    /// Samples per pixel; None if unknown. It determines the degrees of freedom of the variances and the number of samples
-    /// that an undecided comparison suggests.
+    /// Samples per pixel; None if unknown. It determines the degrees of freedom of the variances and the number of
+    /// samples that an undecided comparison suggests.
     pub spp: Option<u64>,
 }
 
@@ -180,8 +181,8 @@ impl ImageEstimate {
         Ok(Self { name: name.to_owned(), width, height, pixels, uncertainty, spp })
     }
 
-    /// Renders `count` replicates, beginning with `first`, and returns their mean. Its uncertainty is the scatter between
-    /// replicates, so it is also known for integrators whose images have no variances.
+    /// Renders `count` replicates, beginning with `first`, and returns their mean. Its uncertainty is the scatter
+    /// between replicates, so it is also known for integrators whose images have no variances.
     ///
     /// # Panics
     /// If `count` is 0.
@@ -278,8 +279,8 @@ pub fn with_reference_configured(
     })
 }
 
-/// Compares two images, using the default [`VerdictConfig`]. The images are assumed to be independent: rendered with different
-/// seeds. Pixels without noise in both images are compared within a tolerance.
+/// Compares two images, using the default [`VerdictConfig`]. The images are assumed to be independent: rendered with
+/// different seeds. Pixels without noise in both images are compared within a tolerance.
 ///
 /// # Errors
 /// If the sizes differ, or nothing can be compared.
@@ -287,8 +288,8 @@ pub fn with_image(test: &ImageEstimate, reference: &ImageEstimate) -> Result<Com
     with_image_configured(test, reference, &VerdictConfig::default())
 }
 
-/// Compares two independent images, using a given configuration. Pixels without noise in both images are compared within a
-/// tolerance.
+/// Compares two independent images, using a given configuration. Pixels without noise in both images are compared
+/// within a tolerance.
 ///
 /// # Errors
 /// If the sizes differ, or nothing can be compared.

@@ -15,8 +15,8 @@ pub fn difference(width: usize, test: &[[f64; 3]], reference: &[[f64; 3]], range
     picture(width, test.len() / width, |i| diverging(scale * (luminance(test[i]) - luminance(reference[i]))))
 }
 
-/// The p-value of every tile, from white at 1 over yellow to black at 1e-4 and below. Tiles that were not tested are grey.
-/// If the images agree, about one tile in ten has p < 0.1.
+/// The p-value of every tile, from white at 1 over yellow to black at 1e-4 and below. Tiles that were not tested are
+/// grey. If the images agree, about one tile in ten has p < 0.1.
 #[must_use]
 pub fn p_values(verdict: &Verdict, width: usize, height: usize, tile: usize) -> RgbImage {
     picture(width, height, |i| {

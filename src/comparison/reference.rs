@@ -24,9 +24,9 @@ pub struct Reference {
     pub pixels: Vec<[f64; 3]>,
     /// The pixels that have noise and lie in a tile where at least a quarter of the pixels have noise.
     pub stochastic: Vec<bool>,
-    /// The pixels that are known exactly. A pixel that is neither stochastic nor exact lies in a tile with few noisy pixels.
-    /// The mean of such a tile depends on rare events, such as an edge that one sample in a thousand hits, and is too skewed
-    /// for a t test. The rule does not depend on the image under test.
+    /// The pixels that are known exactly. A pixel that is neither stochastic nor exact lies in a tile with few noisy
+    /// pixels. The mean of such a tile depends on rare events, such as an edge that one sample in a thousand hits, and
+    /// is too skewed for a t test. The rule does not depend on the image under test.
     pub exact: Vec<bool>,
     /// The standard errors of the pixels' means.
     pub std_errors: Vec<[f64; 3]>,
@@ -54,8 +54,8 @@ pub struct Provenance {
     pub spp_per_batch: u64,
     /// The number of batches.
     pub batches: u64,
-    /// The maximum relative difference allowed where the reference has no noise: 1e-4, unless the renderer is known to be
-    /// less exact there.
+    /// The maximum relative difference allowed where the reference has no noise: 1e-4, unless the renderer is known to
+    /// be less exact there.
     pub exact_tolerance: f64,
     /// The command that renders the reference again.
     pub command: String,

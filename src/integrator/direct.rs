@@ -10,8 +10,8 @@ use crate::{
     transport::{CameraPath, SampleCounts, Shadows},
 };
 
-/// Direct illumination: light that reaches the camera from an emitter, or after one scattering. Emitter sampling and BSDF
-/// sampling are combined by the power heuristic.
+/// Direct illumination: light that reaches the camera from an emitter, or after one scattering. Emitter sampling and
+/// BSDF sampling are combined by the power heuristic.
 #[derive(Clone, Debug)]
 pub struct Direct {
     emitter_samples: u32,

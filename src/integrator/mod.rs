@@ -1,8 +1,8 @@
 //! Integrators: estimators of the radiance that arrives at the camera.
 //!
-//! The life cycle of a render: an [`Integrator`] begins an [`Iteration`] of a scene ([`IntegratorModel::begin`]), which gathers
-//! what its samples share, such as photon maps. The [`Estimator`] that it yields estimates radiance sample by sample and
-//! tells the state of the next iteration.
+//! The life cycle of a render: an [`Integrator`] begins an [`Iteration`] of a scene ([`IntegratorModel::begin`]), which
+//! gathers what its samples share, such as photon maps. The [`Estimator`] that it yields estimates radiance sample by
+//! sample and tells the state of the next iteration.
 
 mod aov;
 mod depth;

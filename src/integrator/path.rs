@@ -118,8 +118,8 @@ impl Estimator for PathTracing<'_> {
     }
 }
 
-/// With transparent shadows, shadow rays find emitters straight through glass. Paths that go on through the same glass then
-/// leave them out.
+/// With transparent shadows, shadow rays find emitters straight through glass. Paths that go on through the same glass
+/// then leave them out.
 struct PastGlass {
     is_on: bool,
     /// Whether shadow rays of an earlier point reach what lies in this direction.

@@ -39,8 +39,8 @@ pub(super) fn read_photon_path_limits(params: &Params<'_>) -> Result<PathLimits,
     Ok(limits)
 }
 
-/// Russian roulette ends camera paths from this depth on at the earliest. Photons are many, and Russian roulette keeps them
-/// alike in power; each camera path is seen.
+/// Russian roulette ends camera paths from this depth on at the earliest. Photons are many, and Russian roulette keeps
+/// them alike in power; each camera path is seen.
 pub(super) const CAMERA_RR_DEPTH: u32 = 5;
 
 const MAX_POWER: f64 = 1e34;

@@ -17,11 +17,13 @@ use crate::{
     transport::{CameraPath, LightVertex, PathLimits, shading_normal_correction, trace_light_path},
 };
 
-/// Light tracing: paths start at the emitters, and each of their vertices is connected with the camera. Each sample of each
-/// pixel traces one such path. They show `L(S|D)*DE`; the camera ray of the pixel shows emitters, `LE`. Mirrors and glass look
-/// black, because a connection cannot hit a delta lobe. Self-emission of materials is visible but lights nothing.
+/// Light tracing: paths start at the emitters, and each of their vertices is connected with the camera. Each sample of
+/// each pixel traces one such path. They show `L(S|D)*DE`; the camera ray of the pixel shows emitters, `LE`. Mirrors
+/// and glass look black, because a connection cannot hit a delta lobe. Self-emission of materials is visible but lights
+/// nothing.
 ///
-/// It is the adjoint of [`Path`](super::Path), and strong where that is weak: at caustics, above all those of point lights.
+/// It is the adjoint of [`Path`](super::Path), and strong where that is weak: at caustics, above all those of point
+/// lights.
 #[derive(Clone, Debug)]
 pub struct ParticleTracer {
     limits: PathLimits,

@@ -90,8 +90,9 @@ impl Aabb {
         (self.min.cmple(p) & p.cmple(self.max)).all()
     }
 
-    /// The parameters at which the line of a ray enters and leaves the box, each with the face that it crosses there. The
-    /// face index is `2 axis + side`; `side` is 0 at `min` and 1 at `max`. The ray's `t_min` and `t_max` are ignored.
+    /// The parameters at which the line of a ray enters and leaves the box, each with the face that it crosses there.
+    /// The face index is `2 axis + side`; `side` is 0 at `min` and 1 at `max`. The ray's `t_min` and `t_max` are
+    /// ignored.
     ///
     /// A line is inside the box between the last entry into one of the three slabs and the first exit from one.
     #[inline]

@@ -23,8 +23,8 @@ impl Ray {
         Self { origin, direction, t_min: 0.0, t_max: f64::INFINITY }
     }
 
-    /// A ray that is spawned on a surface at `origin`. It starts at [`Ray::leaving_distance`], so that it does not hit the
-    /// surface again, although rounding puts `origin` a few ulp off that surface.
+    /// A ray that is spawned on a surface at `origin`. It starts at [`Ray::leaving_distance`], so that it does not hit
+    /// the surface again, although rounding puts `origin` a few ulp off that surface.
     #[must_use]
     pub fn leaving(origin: DVec3, direction: DVec3) -> Self {
         Self { t_min: Self::leaving_distance(origin), ..Self::new(origin, direction) }
@@ -60,8 +60,8 @@ impl Ray {
         self.t_min < t && t < self.t_max
     }
 
-    /// The ratio of [`Ray::leaving_distance`] to the greatest coordinate. Rounding displaces a computed hit by about 1e-15
-    /// of the scene's coordinates. 1e-9 is enough for rays that graze a surface at 1e-6 radians.
+    /// The ratio of [`Ray::leaving_distance`] to the greatest coordinate. Rounding displaces a computed hit by about
+    /// 1e-15 of the scene's coordinates. 1e-9 is enough for rays that graze a surface at 1e-6 radians.
     pub const LEAVING: f64 = 1e-9;
 
     /// The offset of spawned rays: the distance along a ray from `p` within which hits are taken as hits on the surface

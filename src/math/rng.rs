@@ -1,5 +1,5 @@
-//! Random numbers by address. A stream is a pure function of its address (seed, pixel, sample, ...), so that any path can
-//! be replayed alone, and an image does not depend on the timing of threads.
+//! Random numbers by address. A stream is a pure function of its address (seed, pixel, sample, ...), so that any path
+//! can be replayed alone, and an image does not depend on the timing of threads.
 
 use glam::DVec2;
 use rand_core::Rng as _;
@@ -56,8 +56,8 @@ impl Stream {
 }
 
 /// The element at `index` of a random permutation of `0..length`, which `seed` selects.
-/// Kensler 2013, "Correlated Multi-Jittered Sampling", Pixar technical memo 13-01: a hash that is a bijection on the next
-/// power of two, repeated until its value is below `length`.
+/// Kensler 2013, "Correlated Multi-Jittered Sampling", Pixar technical memo 13-01: a hash that is a bijection on the
+/// next power of two, repeated until its value is below `length`.
 #[must_use]
 pub fn permute(mut index: u32, length: u32, seed: u32) -> u32 {
     debug_assert!(index < length);

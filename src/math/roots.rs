@@ -1,7 +1,7 @@
 //! Real roots of polynomials.
 
-/// The real roots of `a x² + b x + c` in ascending order, or `None`. A double root is returned twice, as is the root of a
-/// linear polynomial (`a = 0`).
+/// The real roots of `a x² + b x + c` in ascending order, or `None`. A double root is returned twice, as is the root of
+/// a linear polynomial (`a = 0`).
 ///
 /// The root that would suffer from cancellation is computed from the product of the roots, so that both are accurate to
 /// a few ulp. Press et al. 2007, *Numerical Recipes*, section 5.6.

@@ -34,8 +34,8 @@ pub fn disc_to_square(p: DVec2) -> DVec2 {
     0.5 * (if is_flat { DVec2::new(signed, across) } else { DVec2::new(across, signed) } + DVec2::ONE)
 }
 
-/// The sine and the cosine of `π/4 x` for `x` in [-1, 1], with an error of at most 2.3e-16. They are Taylor series around
-/// zero, without branches, and give the same bits on all machines.
+/// The sine and the cosine of `π/4 x` for `x` in [-1, 1], with an error of at most 2.3e-16. They are Taylor series
+/// around zero, without branches, and give the same bits on all machines.
 #[inline]
 fn sin_cos_of_eighth(x: f64) -> (f64, f64) {
     const TERMS: usize = 10;
@@ -115,7 +115,8 @@ pub fn square_to_cone_pdf(one_minus_cos: f64) -> f64 {
     1.0 / (2.0 * PI * one_minus_cos)
 }
 
-/// Maps the unit square uniformly to a triangle. The result is the barycentric coordinates of its second and third corner.
+/// Maps the unit square uniformly to a triangle. The result is the barycentric coordinates of its second and third
+/// corner.
 #[must_use]
 pub fn square_to_triangle(u: DVec2) -> DVec2 {
     let root = (1.0 - u.x).sqrt();

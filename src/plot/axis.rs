@@ -161,8 +161,8 @@ impl Ruler {
             .collect()
     }
 
-    /// Decades, and 2 to 9 times them unless there are many decades. Some five decades have labels; an axis with fewer than
-    /// two decades has labels at 1, 2 and 5 times them, and a very short one at all ticks.
+    /// Decades, and 2 to 9 times them unless there are many decades. Some five decades have labels; an axis with fewer
+    /// than two decades has labels at 1, 2 and 5 times them, and a very short one at all ticks.
     fn log_ticks(&self) -> Vec<Tick> {
         let [low, high] = self.ends;
         let (first, last) = (low.floor() as i32, high.ceil() as i32);

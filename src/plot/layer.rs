@@ -47,8 +47,8 @@ pub(crate) struct Point {
     pub(crate) std_error: Option<f64>,
 }
 
-/// Series beyond these repeat a colour, but with another mark. The colours differ to the colour-blind: the first three are those of
-/// Okabe and Ito 2008, "Color Universal Design"; the others also differ from them in lightness.
+/// Series beyond these repeat a colour, but with another mark. The colours differ to the colour-blind: the first three
+/// are those of Okabe and Ito 2008, "Color Universal Design"; the others also differ from them in lightness.
 pub(super) const COLOURS: usize = 6;
 
 /// The outlines of marks about their centre.

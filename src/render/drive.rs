@@ -10,8 +10,8 @@ use rangemap::RangeSet;
 
 use super::{Rendering, reach};
 
-/// The samples to take, the conditions to end early, and the time between checkpoints. None of them changes a bit of the sums
-/// of the samples that are taken.
+/// The samples to take, the conditions to end early, and the time between checkpoints. None of them changes a bit of
+/// the sums of the samples that are taken.
 #[derive(Debug)]
 pub struct Plan<'a> {
     /// The samples of each pixel to take, in order.
@@ -48,8 +48,8 @@ const SLICE: Duration = Duration::from_millis(500);
 /// With fewer samples per pixel the estimate of the error is too uncertain.
 const MIN_COUNT: u64 = 16;
 
-/// Renders the planned samples, at least one of each pixel if there are any. `taken` are the samples in the film; new ones are
-/// added to it. `keep` is called when it is time to write a checkpoint.
+/// Renders the planned samples, at least one of each pixel if there are any. `taken` are the samples in the film; new
+/// ones are added to it. `keep` is called when it is time to write a checkpoint.
 pub fn drive(
     rendering: &mut Rendering<'_>,
     taken: &mut RangeSet<u32>,
@@ -135,7 +135,8 @@ impl Pace {
         Self { wanted, seconds: None, last: 0 }
     }
 
-    /// As many as fit, and into the rest of the time if that is short: one at first, then not many times more than before.
+    /// As many as fit, and into the rest of the time if that is short: one at first, then not many times more than
+    /// before.
     fn samples(&self, rest: Option<Duration>) -> u32 {
         let Some(seconds) = self.seconds else { return 1 };
         let time = self.wanted.min(rest.unwrap_or(self.wanted)).as_secs_f64();

@@ -22,8 +22,8 @@ use crate::{
     sensor::SensorModel as _,
 };
 
-/// A scene with the integrator that renders it. An image is a function of the two and of a [`Replicate`], to the last bit, on any
-/// number of threads: it uses the threads of the current rayon pool.
+/// A scene with the integrator that renders it. An image is a function of the two and of a [`Replicate`], to the last
+/// bit, on any number of threads: it uses the threads of the current rayon pool.
 #[derive(Debug)]
 pub struct Renderer {
     /// The scene.
@@ -144,8 +144,8 @@ impl Renderer {
     }
 }
 
-/// A replicate while it is rendered. Its samples are a function of the scene, the integrator, the replicate and the state,
-/// whenever it is stopped, stored and resumed.
+/// A replicate while it is rendered. Its samples are a function of the scene, the integrator, the replicate and the
+/// state, whenever it is stopped, stored and resumed.
 #[derive(Debug)]
 pub struct Rendering<'r> {
     renderer: &'r Renderer,
@@ -200,8 +200,8 @@ impl Rendering<'_> {
         self.next = sample;
     }
 
-    /// Renders more samples of each pixel, but none beyond the replicate. `progress` receives the numbers of samples that
-    /// have been added, from any thread.
+    /// Renders more samples of each pixel, but none beyond the replicate. `progress` receives the numbers of samples
+    /// that have been added, from any thread.
     pub fn advance(&mut self, samples: u32, progress: &(dyn Fn(u64) + Sync)) {
         let end = self.replicate.samples.min(self.next.saturating_add(samples));
         if !self.renderer.integrator.iterations().is_per_sample() {

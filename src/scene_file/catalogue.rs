@@ -9,8 +9,8 @@
 /// ```
 ///
 /// Each member has the constant `PLUGIN` and `fn read(&Params) -> Result<Self, SceneError>` of
-/// [`Described`](super::Described), and implements the traits, which bear the attribute `#[enum_dispatch]`: it forwards every method, those with a default too, and makes
-/// the enum from any member. Without a trait there is neither.
+/// [`Described`](super::Described), and implements the traits, which bear the attribute `#[enum_dispatch]`: it forwards
+/// every method, those with a default too, and makes the enum from any member. Without a trait there is neither.
 macro_rules! catalogue {
     ($(#[$meta:meta])* pub enum $Enum:ident $(: $Model:ident $(+ $More:ident)*)? in $category:expr, {
         $($(#[$member_meta:meta])* $Member:ident($Type:ty)),* $(,)?
@@ -67,7 +67,8 @@ macro_rules! catalogue {
                 match self { $(Self::$Member(_) => &<$Type as $crate::scene_file::Described>::PLUGIN),* }
             }
 
-            /// Reads an object of this category, all but what [`Params::finish`](crate::scene_file::Params::finish) checks.
+            /// Reads an object of this category, all but what [`Params::finish`](crate::scene_file::Params::finish)
+            /// checks.
             ///
             /// # Errors
             /// If no member has this name, or a parameter is wrong.

@@ -12,9 +12,9 @@ impl Document {
         })
     }
 
-    /// Adds an object that can take the place of `own`: the plugin `name`, one of `plugins`, with those parameters of `own`
-    /// that it has too. If `own` wraps other objects of its category, their parameters are taken as well. Messages about the
-    /// new object name `option`, the text by which the user asked for it.
+    /// Adds an object that can take the place of `own`: the plugin `name`, one of `plugins`, with those parameters of
+    /// `own` that it has too. If `own` wraps other objects of its category, their parameters are taken as well.
+    /// Messages about the new object name `option`, the text by which the user asked for it.
     pub fn add_stand_in(
         &mut self,
         own: Option<ObjectId>,

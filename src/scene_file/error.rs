@@ -22,8 +22,8 @@ pub enum SourceLocation {
         line: u32,
         /// The column in characters, from 1.
         column: u32,
-        /// The object with those around it, such as `shape "sphere" #2 > bsdf "diffuse"`: a loop makes many objects at one
-        /// position.
+        /// The object with those around it, such as `shape "sphere" #2 > bsdf "diffuse"`: a loop makes many objects at
+        /// one position.
         object: Option<Arc<str>>,
     },
     /// A change of the scene that stands in none of its files.

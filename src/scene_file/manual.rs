@@ -1,5 +1,5 @@
-/// The text of a plugin's manual page. It is the doc comment of its type, so that the page of the command line and that of
-/// the library's documentation are one text.
+/// The text of a plugin's manual page. It is the doc comment of its type, so that the page of the command line and that
+/// of the library's documentation are one text.
 #[derive(Clone, Copy, Debug)]
 pub struct Manual {
     /// The source file.

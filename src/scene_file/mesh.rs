@@ -1,7 +1,8 @@
 /// Triangles with shared vertices, as arrays: what a shape `mesh` of a scene built in code is made of.
 ///
-/// Lengths are in units of the shape's own space; `to_world` maps it to the world. The arrays are checked when the scene is
-/// read: every index must name a vertex, every number must be finite, and at least one triangle must have an area.
+/// Lengths are in units of the shape's own space; `to_world` maps it to the world. The arrays are checked when the
+/// scene is read: every index must name a vertex, every number must be finite, and at least one triangle must have an
+/// area.
 ///
 /// ```
 /// # use etendue::prelude::*;

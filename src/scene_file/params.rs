@@ -151,8 +151,8 @@ impl<'d> Params<'d> {
 
     /// The colour that a property holds, each channel within the parameter's range.
     ///
-    /// A uniform `<spectrum>` is a grey where it stands for a reflectance. On an emitter it is an error: Mitsuba turns it into
-    /// the colour (1.2048, 0.9483, 0.9087) there.
+    /// A uniform `<spectrum>` is a grey where it stands for a reflectance. On an emitter it is an error: Mitsuba turns
+    /// it into the colour (1.2048, 0.9483, 0.9087) there.
     pub fn colour(&self, property: &Property) -> Result<Rgb, SceneError> {
         let rgb = match &property.value {
             Value::Rgb(rgb) => *rgb,

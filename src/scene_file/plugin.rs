@@ -1,7 +1,7 @@
 use super::{Category, Manual};
 
-/// The manual page of a plugin. Its table of parameters is also what its reader reads by, and the laws of its list run over
-/// its examples.
+/// The manual page of a plugin. Its table of parameters is also what its reader reads by, and the laws of its list run
+/// over its examples.
 #[derive(Clone, Copy, Debug)]
 pub struct Plugin {
     /// The category, which is its tag.

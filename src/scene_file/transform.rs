@@ -45,8 +45,8 @@ impl Transform {
         self.scale(DVec3::splat(factor))
     }
 
-    /// Turns about an axis through the origin, by an angle in degrees, anticlockwise as seen from the axis' tip. The axis
-    /// may have any length but 0.
+    /// Turns about an axis through the origin, by an angle in degrees, anticlockwise as seen from the axis' tip. The
+    /// axis may have any length but 0.
     pub fn rotate(self, axis: impl Into<DVec3>, degrees: f64) -> Self {
         self.then(rotation(axis.into(), degrees))
     }

@@ -22,7 +22,8 @@ impl Affine {
         Self { to_world, to_local, normals, volume_scale: to_world.matrix3.determinant().abs() }
     }
 
-    /// The shape's `to_world` composed with a map from canonical to shape space. An error if the composition is singular.
+    /// The shape's `to_world` composed with a map from canonical to shape space. An error if the composition is
+    /// singular.
     pub(super) fn read(params: &Params<'_>, canonical: DAffine3) -> Result<Self, SceneError> {
         let to_world = params.transform(super::TO_WORLD.name)? * canonical;
         let affine = Self::new(to_world);

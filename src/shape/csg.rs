@@ -20,8 +20,8 @@ use crate::{
 /// BSDF of the csg applies to operands without their own.
 ///
 /// Details thinner than the offset of spawned rays, 1e-9 of the coordinates, vanish: where faces of operands coincide or
-/// touch, the result has neither a gap nor a skin, and the surface is that of the first operand. The shells of a mesh must
-/// face outwards. A shell that faces inwards within another shell bounds a cavity.
+/// touch, the result has neither a gap nor a skin, and the surface is that of the first operand. The shells of a mesh
+/// must face outwards. A shell that faces inwards within another shell bounds a cavity.
 #[derive(Clone, Debug)]
 pub struct Csg {
     operation: Operation,

@@ -8,8 +8,8 @@ use crate::{
     scene_file::{Category, Described, Params, Plugin, SceneError, manual},
 };
 
-/// The unit disc in the plane `z = 0` with normal +z, or an ellipse as its affine image. Texture coordinates are the radius
-/// and the azimuth divided by 2π.
+/// The unit disc in the plane `z = 0` with normal +z, or an ellipse as its affine image. Texture coordinates are the
+/// radius and the azimuth divided by 2π.
 #[derive(Clone, Debug)]
 pub struct Disk {
     affine: Affine,

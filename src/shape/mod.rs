@@ -127,7 +127,8 @@ pub trait ShapeModel {
     /// The surface point at a hit of this ray.
     fn surface(&self, ray: &Ray, hit: &Hit) -> Surface;
 
-    /// The reason why the shape cannot be an area light, or `None` if it can. Points are sampled only from shapes that can.
+    /// The reason why the shape cannot be an area light, or `None` if it can. Points are sampled only from shapes that
+    /// can.
     fn not_an_emitter_because(&self) -> Option<&'static str> {
         None
     }
@@ -142,8 +143,8 @@ pub trait ShapeModel {
         unreachable!("only shapes that can be area lights are sampled")
     }
 
-    /// Samples a point of the surface for the illumination of the point `from`. `None` if the surface at the sampled point
-    /// is edge-on from there.
+    /// Samples a point of the surface for the illumination of the point `from`. `None` if the surface at the sampled
+    /// point is edge-on from there.
     fn sample_direction(&self, from: DVec3, u: DVec2) -> Option<ShapeSample<PerSolidAngle>> {
         let sample = self.sample_position(u);
         let pdf = to_solid_angle(sample.pdf, from, sample.p, sample.n)?;
@@ -155,8 +156,8 @@ pub trait ShapeModel {
         to_solid_angle(self.pdf_position(surface), from, surface.p, surface.n).unwrap_or(PerSolidAngle(0.0))
     }
 
-    /// The BSDF of each operand of a csg, by operand index; `None` for an operand without a BSDF of its own. Other shapes
-    /// have the single entry `None`.
+    /// The BSDF of each operand of a csg, by operand index; `None` for an operand without a BSDF of its own. Other
+    /// shapes have the single entry `None`.
     fn materials(&self) -> &[Option<ObjectId>] {
         &[None]
     }

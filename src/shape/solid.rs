@@ -40,8 +40,8 @@ impl From<Crossing> for Hit {
     }
 }
 
-/// All crossings of a line with a solid, sorted by parameter. Their number is even, and they alternate between entering and
-/// leaving. The first may be at minus infinity, the last at infinity.
+/// All crossings of a line with a solid, sorted by parameter. Their number is even, and they alternate between entering
+/// and leaving. The first may be at minus infinity, the last at infinity.
 pub type Crossings = SmallVec<[Crossing; 4]>;
 
 /// The two crossings of a line with a convex solid: it enters at the first and leaves at the second.

@@ -12,9 +12,9 @@ use crate::{
     scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
 };
 
-/// A sphere, or an ellipsoid as its affine image. (If the transform is not a similarity, Mitsuba warns and renders a wrong
-/// sphere; the exact equivalent in Mitsuba is an `instance` of a `shapegroup`.) Texture coordinates are the azimuth divided
-/// by 2π and the polar angle divided by π.
+/// A sphere, or an ellipsoid as its affine image. (If the transform is not a similarity, Mitsuba warns and renders a
+/// wrong sphere; the exact equivalent in Mitsuba is an `instance` of a `shapegroup`.) Texture coordinates are the
+/// azimuth divided by 2π and the polar angle divided by π.
 ///
 /// A spherical area light is sampled uniformly in the solid angle of its visible cap, so that the only variance of the
 /// estimate of an unoccluded, uniform light is that of the receiver's cosine. Ellipsoids, and spheres from inside, are

@@ -44,8 +44,8 @@ impl Equivalence {
         Self { difference, std_error, limit: difference.abs() + t * std_error, power }
     }
 
-    /// Half the width of the confidence interval of a mean of samples whose standard deviation is 1: how a bound that noise allows
-    /// depends on their number.
+    /// Half the width of the confidence interval of a mean of samples whose standard deviation is 1: how a bound that
+    /// noise allows depends on their number.
     #[must_use]
     pub fn half_width(samples: f64) -> f64 {
         one_sided_t(samples - 1.0) / samples.sqrt()

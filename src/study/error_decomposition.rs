@@ -44,7 +44,8 @@ pub(super) struct ErrorDecomposition {
 }
 
 impl ErrorDecomposition {
-    /// Of the values of some pixels in every run, against a reference with the variances of its values, if they are known.
+    /// Of the values of some pixels in every run, against a reference with the variances of its values, if they are
+    /// known.
     ///
     /// # Panics
     /// If there is no run, or not the same number of values everywhere.
@@ -101,7 +102,8 @@ impl ErrorDecomposition {
     }
 }
 
-/// The standard error from what is found without one run each: Efron and Stein 1981, "The Jackknife Estimate of Variance".
+/// The standard error from what is found without one run each: Efron and Stein 1981, "The Jackknife Estimate of
+/// Variance".
 fn jackknife(without: impl Iterator<Item = f64>) -> Option<f64> {
     let moments: Moments = without.collect();
     let count = moments.n as f64;

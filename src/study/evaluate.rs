@@ -149,7 +149,8 @@ impl Seen {
     }
 }
 
-/// Evaluates the images that are there, and writes the tables, the fits, the drawings and the page into the plan's folder.
+/// Evaluates the images that are there, and writes the tables, the fits, the drawings and the page into the plan's
+/// folder.
 ///
 /// # Errors
 /// If a reference or an image cannot be used, or a file cannot be written.

@@ -2,8 +2,8 @@
 
 use crate::film::picture::RgbImage;
 
-/// The mean of the FLIP error map of two pictures of the same size, from 0 to 1: Andersson et al. 2020, "FLIP: A Difference
-/// Evaluator for Alternating Images", for sRGB pictures seen at 67 pixels per degree.
+/// The mean of the FLIP error map of two pictures of the same size, from 0 to 1: Andersson et al. 2020, "FLIP: A
+/// Difference Evaluator for Alternating Images", for sRGB pictures seen at 67 pixels per degree.
 pub(super) fn mean(test: &RgbImage, reference: &RgbImage) -> f64 {
     let image = |picture: &RgbImage| {
         nv_flip::FlipImageRgb8::with_data(picture.width, picture.height, picture.pixels.as_flattened())

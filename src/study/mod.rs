@@ -1,8 +1,8 @@
 //! Convergence studies: scenes x methods x budgets, each with independent runs, against what is known of the truth.
 //!
-//! A study is a TOML file; `assets/studies/README.md` describes its form and has examples. Each *cell* (a scene, a method and
-//! one value of what is varied) has several *runs* of different seeds, and each run is an image that a process of its own
-//! made. Everything else follows from the images.
+//! A study is a TOML file; `assets/studies/README.md` describes its form and has examples. Each *cell* (a scene, a
+//! method and one value of what is varied) has several *runs* of different seeds, and each run is an image that a
+//! process of its own made. Everything else follows from the images.
 //!
 //! | part | file |
 //! |---|---|
@@ -20,17 +20,17 @@
 //!
 //! # Errors that are stated
 //!
-//! Let x_kp be the value of pixel and channel p in run k of K, r_p the reference with the variance v_p of its noise. Over all
-//! n values of p that count,
+//! Let x_kp be the value of pixel and channel p in run k of K, r_p the reference with the variance v_p of its noise.
+//! Over all n values of p that count,
 //!
 //! - the variance is the mean over p of the unbiased variance between runs, Σ_k (x_kp − x̄_p)² / (K − 1);
 //! - the squared bias is the mean over p of (x̄_p − r_p)², less variance / K and less the mean of v_p, both of which it would
 //!   hold else; it may be negative, as what is 0 must be half of the time;
 //! - the MSE is the mean over k and p of (x_kp − r_p)², less the mean of v_p. It is their sum.
 //!
-//! Standard errors come from the scatter between runs: of means directly, of variance and squared bias by leaving out one run
-//! after the other (the jackknife of Efron and Stein 1981, which errs to the large side). What the noise of the reference
-//! adds to those of MSE and squared bias is added in quadrature.
+//! Standard errors come from the scatter between runs: of means directly, of variance and squared bias by leaving out
+//! one run after the other (the jackknife of Efron and Stein 1981, which errs to the large side). What the noise of the
+//! reference adds to those of MSE and squared bias is added in quadrature.
 
 mod check;
 mod comparison;

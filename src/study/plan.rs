@@ -262,9 +262,9 @@ fn texts(values: &BTreeMap<String, Scalar>) -> BTreeMap<String, String> {
     values.iter().map(|(name, value)| (name.clone(), value.to_string())).collect()
 }
 
-/// The first of the 1024 seeds of a cell: 22 bits of a hash of its name above them, so that a cell keeps its seeds whatever
-/// happens to others, cells do not share seeds, and Mitsuba's 32 bits suffice. Samples of one seed are the same whether
-/// 16 or 64 are taken; cells with the same seeds would not be independent.
+/// The first of the 1024 seeds of a cell: 22 bits of a hash of its name above them, so that a cell keeps its seeds
+/// whatever happens to others, cells do not share seeds, and Mitsuba's 32 bits suffice. Samples of one seed are the
+/// same whether 16 or 64 are taken; cells with the same seeds would not be independent.
 fn first_seed(cell: &str) -> u64 {
     let hash = Sha256::digest(cell.as_bytes());
     let bits = u32::from_be_bytes([hash[0], hash[1], hash[2], hash[3]]);

@@ -86,8 +86,8 @@ impl RunExecutor {
     /// Executes runs of étendue, several at a time, and calls `made` for each when its image exists.
     ///
     /// # Errors
-    /// The first that occurs: what a process said that failed, or what `made` answers. Those that are under way are finished
-    /// then, and no other is begun.
+    /// The first that occurs: what a process said that failed, or what `made` answers. Those that are under way are
+    /// finished then, and no other is begun.
     pub fn make(
         &self,
         runs: &[&Run],

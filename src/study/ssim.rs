@@ -1,7 +1,7 @@
 //! The structural similarity of two pictures.
 //!
-//! Of the crates that have it, one is under the AGPL, one is for video frames in decibels, and one (image-compare 0.5) takes
-//! sums where variances belong, which makes its second constant 64 times too small; hence these lines.
+//! Of the crates that have it, one is under the AGPL, one is for video frames in decibels, and one (image-compare 0.5)
+//! takes sums where variances belong, which makes its second constant 64 times too small; hence these lines.
 
 use crate::film::picture::RgbImage;
 
@@ -12,11 +12,11 @@ const SIGMA: f64 = 1.5;
 const C1: f64 = 0.01 * 0.01;
 const C2: f64 = 0.03 * 0.03;
 
-/// The mean of the SSIM of the luma of two pictures of the same size over all windows that lie within them; 1 if they are the
-/// same. None if they are smaller than a window.
+/// The mean of the SSIM of the luma of two pictures of the same size over all windows that lie within them; 1 if they
+/// are the same. None if they are smaller than a window.
 ///
-/// Wang et al. 2004, "Image Quality Assessment: From Error Visibility to Structural Similarity", eq. (13), with its Gaussian
-/// window of σ = 1.5. Luma is 0.2126 R + 0.7152 G + 0.0722 B of the encoded values.
+/// Wang et al. 2004, "Image Quality Assessment: From Error Visibility to Structural Similarity", eq. (13), with its
+/// Gaussian window of σ = 1.5. Luma is 0.2126 R + 0.7152 G + 0.0722 B of the encoded values.
 pub(super) fn mean(test: &RgbImage, reference: &RgbImage) -> Option<f64> {
     let (width, height) = (test.width as usize, test.height as usize);
     if width <= 2 * REACH || height <= 2 * REACH {

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 /// A predicted curve over N, the number of samples, passes or photons.
 ///
 /// Those of progressive photon mapping are after Knaus and Zwicker 2011, "Progressive Photon Mapping: A Probabilistic
-/// Approach", section 4: the radius of pass i follows r²_{i+1} = r²_i (i + α) / (i + 1). They are sums, not their asymptotes:
-/// at a thousand passes a slope is still off by 0.02.
+/// Approach", section 4: the radius of pass i follows r²_{i+1} = r²_i (i + α) / (i + 1). They are sums, not their
+/// asymptotes: at a thousand passes a slope is still off by 0.02.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(super) enum Curve {

@@ -72,8 +72,8 @@ impl<'s> CameraPath<'s> {
         self.si.map(|si| ShadingPoint::new(self.scene, si, TransportMode::Radiance))
     }
 
-    /// The radiance that the current point, or the environment, adds to the image by its emission. Emitters count with the
-    /// given weight; the self-emission of materials, which emitter sampling never finds, counts in full.
+    /// The radiance that the current point, or the environment, adds to the image by its emission. Emitters count with
+    /// the given weight; the self-emission of materials, which emitter sampling never finds, counts in full.
     #[inline]
     pub fn emission(&self, emitter_weight: f64) -> Rgb {
         if self.hides_emitters && self.depth == 1 {

@@ -1,7 +1,7 @@
 use crate::{bsdf::Lobe, math::Rgb};
 
-/// The classes of paths, in Heckbert's notation: `L` an emitter, `E` the eye, `S` a delta lobe (a mirror, glass, an invisible
-/// surface), `D` a smooth lobe. Every path belongs to exactly one.
+/// The classes of paths, in Heckbert's notation: `L` an emitter, `E` the eye, `S` a delta lobe (a mirror, glass, an
+/// invisible surface), `D` a smooth lobe. Every path belongs to exactly one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PathClass {
     /// `LE` and `LDE`: an emitter visible to the camera, and the light that it casts directly on a surface.

@@ -94,8 +94,8 @@ impl<'s> ShadingPoint<'s> {
         self.bsdf.sample(&self.query, sampler.next_1d(), sampler.next_2d())
     }
 
-    /// Emitter sampling without visibility. None if the BSDF has only delta lobes, or the sample carries no light along the
-    /// path.
+    /// Emitter sampling without visibility. None if the BSDF has only delta lobes, or the sample carries no light along
+    /// the path.
     #[inline]
     pub fn sample_emitter(&self, scene: &Scene, sampler: &mut impl SampleStream) -> Option<DirectSample> {
         // A shadow ray cannot contribute through a delta lobe: only BSDF sampling samples its direction.

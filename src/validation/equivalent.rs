@@ -58,8 +58,8 @@ fn photon_mapped(scene: &SceneFile, effort: Effort) -> Result<Vec<Finding>, Chec
     biased.compare(scene, effort)
 }
 
-/// Scenes that progressive photon mapping is held against, with the schedule and the least radius of the first pass over that
-/// of the scene, and how many images of how many passes of how many photons there are.
+/// Scenes that progressive photon mapping is held against, with the schedule and the least radius of the first pass
+/// over that of the scene, and how many images of how many passes of how many photons there are.
 const SCENES: [(&str, &str, f64, u32, u32, &str); 5] = [
     ("figure-8-photons", "per_pixel", 0.02, 8, 8, "30000"),
     ("figure-9-caustic", "per_pass", 0.016, 12, 16, "40000"),

@@ -194,8 +194,8 @@ fn transparent_shadows(effort: Effort) -> Vec<Finding> {
     findings
 }
 
-/// A patch so small that nothing which it sends up comes back to it, in a sky that is even above and below: what the pane
-/// does not let through it mirrors.
+/// A patch so small that nothing which it sends up comes back to it, in a sky that is even above and below: what the
+/// pane does not let through it mirrors.
 fn under_the_sky(effort: Effort) -> Vec<Finding> {
     let scene = sky(RADIANCE) + &patch(DVec3::ZERO, DVec3::Z, ALBEDO) + &pane(GLASS);
     let setup = Setup::new(&transparent(&path(-1, 5)), &scene);

@@ -1,4 +1,5 @@
-//! The laws of whole renders, and what `etendue verify` runs and the report tabulates: all laws and all reference scenes.
+//! The laws of whole renders, and what `etendue verify` runs and the report tabulates: all laws and all reference
+//! scenes.
 //!
 //! The laws of plugin lists stay beside their lists. A sub-module uses only itself and those above it.
 

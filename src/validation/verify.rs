@@ -63,8 +63,8 @@ pub fn verify(
     })
 }
 
-/// The names of the scenes under a root that are compared with their references, in their order; the other scenes are the subjects
-/// of laws.
+/// The names of the scenes under a root that are compared with their references, in their order; the other scenes are
+/// the subjects of laws.
 ///
 /// # Errors
 /// If a scene is missing or broken.

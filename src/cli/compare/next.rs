@@ -15,7 +15,8 @@ pub(super) struct Sides<'a> {
 
 /// The factor for the number of samples of an image where the needed factor is unknown.
 const MORE: f64 = 16.0;
-/// The number of samples that a verdict needs is estimated from noise. This safety factor covers the error of the estimate.
+/// The number of samples that a verdict needs is estimated from noise. This safety factor covers the error of the
+/// estimate.
 const MARGIN: f64 = 1.5;
 
 /// The next step towards *agrees* or *differs*; None if the comparison is decided.
@@ -47,8 +48,8 @@ fn seed(image: &Image) -> Option<u64> {
     image.attribute("etendue.seed")?.parse().ok()
 }
 
-/// The command that renders one image again with more samples; None if its header lacks the scene or the options. Its seed
-/// differs from that of the other image, because the two must be independent.
+/// The command that renders one image again with more samples; None if its header lacks the scene or the options. Its
+/// seed differs from that of the other image, because the two must be independent.
 fn command(sides: &Sides<'_>, side: usize, factor: f64) -> Option<String> {
     let image = sides.images[side]?;
     let (scene, options) = (image.attribute("etendue.scene")?, image.attribute("etendue.options")?);

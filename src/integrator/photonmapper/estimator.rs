@@ -76,7 +76,8 @@ impl PhotonMapping<'_> {
         raw
     }
 
-    /// Adds the radiance that the smooth lobes of a point scatter, by class; returns a sample of a delta lobe to continue with.
+    /// Adds the radiance that the smooth lobes of a point scatter, by class; returns a sample of a delta lobe to
+    /// continue with.
     fn scattered(
         &self,
         path: &CameraPath<'_>,

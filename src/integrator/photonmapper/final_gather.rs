@@ -10,8 +10,8 @@ use crate::{
 };
 
 impl PhotonMapping<'_> {
-    /// Emitter sampling, and gather rays: they find the direct light that emitter sampling is bad at, and indirect light.
-    /// Returns a sample of a delta lobe, if one was drawn first.
+    /// Emitter sampling, and gather rays: they find the direct light that emitter sampling is bad at, and indirect
+    /// light. Returns a sample of a delta lobe, if one was drawn first.
     pub(super) fn final_gather(
         &self,
         path: &CameraPath<'_>,
@@ -96,8 +96,8 @@ impl PhotonMapping<'_> {
         }
     }
 
-    /// Follows a gather ray through mirrors and glass to a surface where the global map tells the light. `counts` weight the
-    /// emitters that it meets at once; without them, emitters are left to other estimates.
+    /// Follows a gather ray through mirrors and glass to a surface where the global map tells the light. `counts`
+    /// weight the emitters that it meets at once; without them, emitters are left to other estimates.
     fn gather_along(
         &self,
         mut path: CameraPath<'_>,

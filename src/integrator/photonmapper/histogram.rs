@@ -6,8 +6,8 @@ use crate::{
     transport::{PathClass, ShadingPoint},
 };
 
-/// A density of directions in proportion to the power that nearby photons brought from them. The unit square, mapped to the
-/// cosine-weighted hemisphere, is divided into cells; each is sampled in proportion to the power of its photons.
+/// A density of directions in proportion to the power that nearby photons brought from them. The unit square, mapped to
+/// the cosine-weighted hemisphere, is divided into cells; each is sampled in proportion to the power of its photons.
 /// Jensen 1995, "Importance Driven Path Tracing using the Photon Map".
 pub(super) struct DirectionHistogram {
     /// The cells by the power of their photons.

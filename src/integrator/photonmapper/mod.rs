@@ -29,13 +29,15 @@ use crate::{
 /// | `caustic` | `LS+DE` | the caustic map alone |
 /// | `indirect` | `L(S\|D)*DS*DE` | final gathering: gather rays through mirrors and glass to a surface where the global map gives the light; or the global map alone |
 ///
-/// Each path belongs to one layer. An invisible surface (`null`) counts as `S`. Self-emission of materials emits no photons.
+/// Each path belongs to one layer. An invisible surface (`null`) counts as `S`. Self-emission of materials emits no
+/// photons.
 ///
-/// Estimates are biased: they are means over discs. With `lookup_size` k the disc reaches to the k-th nearest photon, at most
-/// to the maximum radius, and the k - 1 photons within it count. With 0 it always has the maximum radius. Photons count only on
-/// their own side of their own shape (identified by 14 bits of a hash). Near the border of a rectangle or of a cube's face the disc
-/// is cut at the border; other shapes look dark within a radius of their border. Photon counts are those of emitted photons, by
-/// which powers are divided; in Mitsuba 0.6 they are those of stored photons.
+/// Estimates are biased: they are means over discs. With `lookup_size` k the disc reaches to the k-th nearest photon,
+/// at most to the maximum radius, and the k - 1 photons within it count. With 0 it always has the maximum radius.
+/// Photons count only on their own side of their own shape (identified by 14 bits of a hash). Near the border of a
+/// rectangle or of a cube's face the disc is cut at the border; other shapes look dark within a radius of their border.
+/// Photon counts are those of emitted photons, by which powers are divided; in Mitsuba 0.6 they are those of stored
+/// photons.
 ///
 /// All pixels of an image share their photons, so the image has no variance layers.
 ///
@@ -67,8 +69,8 @@ impl Described for PhotonMapper {
 }
 
 impl PhotonMapper {
-    /// Emits the photons of one of its maps: those with which it renders a replicate. None if it is the map of caustics and
-    /// nothing in the scene casts any.
+    /// Emits the photons of one of its maps: those with which it renders a replicate. None if it is the map of caustics
+    /// and nothing in the scene casts any.
     #[must_use]
     pub fn trace_photons(
         &self,

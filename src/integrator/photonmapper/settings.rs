@@ -131,8 +131,8 @@ impl Settings {
         }
     }
 
-    /// The parameters of estimates from the global and from the caustic map. Radii that are not given are a fraction of the
-    /// scene's radius, but at least two pixel footprints at its center.
+    /// The parameters of estimates from the global and from the caustic map. Radii that are not given are a fraction of
+    /// the scene's radius, but at least two pixel footprints at its center.
     pub(super) fn lookups(&self, scene: &Scene) -> [EstimateParameters; 2] {
         let sphere = scene.scene_bounds();
         let size = if sphere.radius > 0.0 { sphere.radius } else { 1.0 };

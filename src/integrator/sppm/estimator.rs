@@ -126,7 +126,8 @@ impl ProgressiveEstimator<'_> {
     }
 }
 
-/// The width of what a pixel sees, along a path: a pixel sees as much of a mirror's picture as of a surface that is as far.
+/// The width of what a pixel sees, along a path: a pixel sees as much of a mirror's picture as of a surface that is as
+/// far.
 struct Footprint {
     previous: glam::DVec3,
     length: f64,

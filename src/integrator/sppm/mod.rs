@@ -16,18 +16,18 @@ use crate::{
     transport::PathClass,
 };
 
-/// Stochastic progressive photon mapping. Each pass emits photons, gathers them once from every pixel, and discards them. The
-/// gather radius shrinks from pass to pass, so the image converges to the true one, caustics in mirrors included. The memory
-/// depends only on the film and the photons of one pass. N samples per pixel are N passes.
+/// Stochastic progressive photon mapping. Each pass emits photons, gathers them once from every pixel, and discards
+/// them. The gather radius shrinks from pass to pass, so the image converges to the true one, caustics in mirrors
+/// included. The memory depends only on the film and the photons of one pass. N samples per pixel are N passes.
 ///
-/// A camera path continues through mirrors and glass, and from glossy surfaces, whose narrow lobes few photons reach. It ends
-/// where photons are gathered. Direct light is found by emitter sampling (`direct` traced) or from photons like all other light
-/// (`map`). Photons count only on their own side of their own shape. Near the border of a rectangle or of a cube's face the
-/// disc is cut at the border.
+/// A camera path continues through mirrors and glass, and from glossy surfaces, whose narrow lobes few photons reach.
+/// It ends where photons are gathered. Direct light is found by emitter sampling (`direct` traced) or from photons like
+/// all other light (`map`). Photons count only on their own side of their own shape. Near the border of a rectangle or
+/// of a cube's face the disc is cut at the border.
 ///
 /// The image is the mean over passes of the density of power around the gather points. This is the flux of Hachisuka and
-/// Jensen: they multiply the gathered flux τ by R'²/R² when the radius R shrinks to R', so τ/R² is a sum over passes, each
-/// divided by the square of its own radius.
+/// Jensen: they multiply the gathered flux τ by R'²/R² when the radius R shrinks to R', so τ/R² is a sum over passes,
+/// each divided by the square of its own radius.
 ///
 /// | `radius_schedule` | the squared radius after n passes | passes |
 /// |---|---|---|

@@ -1,4 +1,5 @@
-//! Checkpoints as files: a line that says what it is and how long, a line of JSON, the sums, and a SHA-256 of all before.
+//! Checkpoints as files: a line that says what it is and how long, a line of JSON, the sums, and a SHA-256 of all
+//! before.
 
 use std::{
     fs::File,

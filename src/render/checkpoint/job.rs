@@ -231,8 +231,8 @@ impl RenderJob {
         Ok(Self { replicate, checkpoint, ranges, request: *request })
     }
 
-    /// Renders. `progress` gets the number of samples that were added, from any thread. `keep` gets what there is whenever
-    /// it is time for a checkpoint.
+    /// Renders. `progress` gets the number of samples that were added, from any thread. `keep` gets what there is
+    /// whenever it is time for a checkpoint.
     pub fn run(
         self,
         renderer: &Renderer,

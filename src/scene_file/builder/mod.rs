@@ -1,9 +1,9 @@
 //! Scenes built in code: the same [`Document`] as a scene file gives, without XML.
 //!
 //! There is a function for each kind of object, named after its tag: [`integrator`], [`sensor`], [`film`], [`rfilter`],
-//! [`sampler`], [`shape`], [`bsdf`], [`texture`], [`emitter`], and [`scene`] around them. Each takes the name of a plugin.
-//! Parameters have the names that they have in a scene file; `etendue plugins` lists them. An object with the same
-//! parameters in the same order gives the same image as its XML, to the last bit.
+//! [`sampler`], [`shape`], [`bsdf`], [`texture`], [`emitter`], and [`scene`] around them. Each takes the name of a
+//! plugin. Parameters have the names that they have in a scene file; `etendue plugins` lists them. An object with the
+//! same parameters in the same order gives the same image as its XML, to the last bit.
 //!
 //! ```
 //! use etendue::prelude::*;
@@ -38,9 +38,9 @@
 //! # Ok::<(), SceneError>(())
 //! ```
 //!
-//! [`ObjectBuilder::build`] reports what no plugin has to be known for: names that are given twice, references to ids that no
-//! object has, transforms that flatten space, numbers that are not finite. [`Renderer::new`](crate::render::Renderer::new)
-//! reports unknown plugins and parameters, wrong types and ranges.
+//! [`ObjectBuilder::build`] reports what no plugin has to be known for: names that are given twice, references to ids
+//! that no object has, transforms that flatten space, numbers that are not finite.
+//! [`Renderer::new`](crate::render::Renderer::new) reports unknown plugins and parameters, wrong types and ranges.
 
 mod argument;
 mod collect;

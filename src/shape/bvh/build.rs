@@ -185,9 +185,9 @@ fn grow(tree: &mut Vec<Binary>, items: &mut [Item], range: Range) {
 
 /// The least cost of the subtree under each node of a binary tree if at most `1..=8` children of a wide node contain it.
 ///
-/// The cost of a wide node is the probability that a ray through the root's box enters its box. The cost of the blocks does
-/// not depend on the collapse and is left out. (The dynamic programme of Ylitie, Karras & Laine 2017, "Efficient incoherent
-/// ray traversal on GPUs through compressed wide BVHs", section 3.1.)
+/// The cost of a wide node is the probability that a ray through the root's box enters its box. The cost of the blocks
+/// does not depend on the collapse and is left out. (The dynamic programme of Ylitie, Karras & Laine 2017, "Efficient
+/// incoherent ray traversal on GPUs through compressed wide BVHs", section 3.1.)
 fn costs(tree: &[Binary]) -> Vec<[f32; WIDTH]> {
     let whole = tree[0].bounds.half_area();
     let mut costs = vec![[0.0; WIDTH]; tree.len()];

@@ -1,15 +1,15 @@
-//! A bounding volume hierarchy with eight children per node, over any primitives that have bounding boxes: the shapes of a
-//! scene, the triangles of a mesh.
+//! A bounding volume hierarchy with eight children per node, over any primitives that have bounding boxes: the shapes
+//! of a scene, the triangles of a mesh.
 //!
 //! **Structure.** A binary tree is built by the binned surface-area heuristic (Wald 2007, "On fast construction of SAH-based
 //! bounding volume hierarchies"). Its nodes are collapsed to nodes with up to eight children at the least cost (Ylitie,
-//! Karras & Laine 2017). A leaf is a *block*: a slice of at most `block` primitives that the caller tests together. Boxes
-//! are `f32`, rounded outwards.
+//! Karras & Laine 2017). A leaf is a *block*: a slice of at most `block` primitives that the caller tests together.
+//! Boxes are `f32`, rounded outwards.
 //!
 //! **Guarantee.** The traversal does not miss a primitive whose hit the caller's `f64` test would report if the hit point
-//! lies within [`SLACK`] `* (M + |o|)` of the primitive's box. `M` is the greatest coordinate of any box and `o` the origin
-//! of the ray, both in the maximum norm. The documentation of `Slabs` derives this for the `f32` slab test. Coordinates
-//! beyond `1e37` count as infinite; the origin must be finite in this sense.
+//! lies within [`SLACK`] `* (M + |o|)` of the primitive's box. `M` is the greatest coordinate of any box and `o` the
+//! origin of the ray, both in the maximum norm. The documentation of `Slabs` derives this for the `f32` slab test.
+//! Coordinates beyond `1e37` count as infinite; the origin must be finite in this sense.
 //!
 //! **Determinism.** The tree depends only on the boxes, not on the number of threads that build it. The traversal visits
 //! the same blocks in the same order with and without AVX2, because both kernels round alike (no fused multiply-add).
@@ -25,8 +25,8 @@ pub use forest::{Forest, Leaf};
 
 use crate::math::{Aabb, Ray};
 
-/// The distance by which a hit may lie outside the box of its primitive, as a fraction of the coordinates involved. `2^-40`
-/// allows for about 8000 roundings in the `f64` arithmetic of an intersection.
+/// The distance by which a hit may lie outside the box of its primitive, as a fraction of the coordinates involved.
+/// `2^-40` allows for about 8000 roundings in the `f64` arithmetic of an intersection.
 pub const SLACK: f64 = 1.0 / (1_u64 << 40) as f64;
 
 /// The maximum number of children of a node.
@@ -73,11 +73,12 @@ impl Child {
     }
 }
 
-/// The caller's test of a ray with a block that it may hit. Every closure of this signature is a test. If the method of a
-/// named type is `inline(always)`, it is compiled with the same target features (AVX2) as the traversal that calls it.
+/// The caller's test of a ray with a block that it may hit. Every closure of this signature is a test. If the method of
+/// a named type is `inline(always)`, it is compiled with the same target features (AVX2) as the traversal that calls
+/// it.
 pub trait Test<Block> {
-    /// The parameter of the closest hit with `t_min < t < t_max`, if any. The ray's `t_max` is the parameter of the closest
-    /// hit so far. The test itself stores any other data of a hit.
+    /// The parameter of the closest hit with `t_min < t < t_max`, if any. The ray's `t_max` is the parameter of the
+    /// closest hit so far. The test itself stores any other data of a hit.
     fn test(&mut self, block: Block, ray: &Ray) -> Option<f64>;
 }
 
@@ -120,8 +121,8 @@ impl Bvh {
         Self::build_in_blocks(bounds.iter().copied(), 1)
     }
 
-    /// Builds a hierarchy with up to `block` primitives per block, for primitives that are tested in groups of that size:
-    /// the cost model assigns the same cost to full and to partly filled blocks.
+    /// Builds a hierarchy with up to `block` primitives per block, for primitives that are tested in groups of that
+    /// size: the cost model assigns the same cost to full and to partly filled blocks.
     ///
     /// # Panics
     /// `block` is 0, or there are `2^31` or more boxes that are not empty.

@@ -1,7 +1,8 @@
 //! The AVX2 kernel, and the selection between it and the portable kernel.
 //!
-//! This is the only module of the hierarchy with `unsafe` code: calls of functions compiled for AVX2, guarded by a token that
-//! exists only if the processor supports AVX2, and aligned loads and stores. [`Portable`] gives the same results.
+//! This is the only module of the hierarchy with `unsafe` code: calls of functions compiled for AVX2, guarded by a
+//! token that exists only if the processor supports AVX2, and aligned loads and stores. [`Portable`] gives the same
+//! results.
 #![allow(unsafe_code)]
 
 use super::{
@@ -38,8 +39,8 @@ pub(super) mod avx2 {
     use super::super::{Lanes, Node, Test, Tree, WIDTH};
     use crate::math::Ray;
 
-    /// The kernel that tests eight boxes in one register. A value of this type exists only on processors with AVX2, and with
-    /// BMI1 and POPCNT, which are older.
+    /// The kernel that tests eight boxes in one register. A value of this type exists only on processors with AVX2, and
+    /// with BMI1 and POPCNT, which are older.
     #[derive(Clone, Copy)]
     pub(in super::super) struct Avx2(());
 

@@ -6,17 +6,18 @@ use glam::{BVec3, DVec3, Vec3};
 use super::{Child, Lanes, MAX_LEVELS, Node, SLACK, Test, Tree, WIDTH};
 use crate::math::Ray;
 
-/// The size of the stack. Every node on the path to the current one leaves at most seven siblings on it. A forest has paths
-/// of twice the length.
+/// The size of the stack. Every node on the path to the current one leaves at most seven siblings on it. A forest has
+/// paths of twice the length.
 pub(super) const STACK: usize = 2 * MAX_LEVELS as usize * (WIDTH - 1) + 1;
 
 /// The unit roundoff of `f32`.
 const ROUNDOFF: f64 = 1.0 / (1 << 24) as f64;
 
-/// A ray prepared for the `f32` slab test. The test does not miss a box that the `f64` ray, or a point within the slack of
-/// it, intersects.
+/// A ray prepared for the `f32` slab test. The test does not miss a box that the `f64` ray, or a point within the slack
+/// of it, intersects.
 ///
-/// 1. *Scale.* The direction is divided by the power of two that brings its greatest component into `[1, 2)`, and parameters
+/// 1. *Scale.* The direction is divided by the power of two that brings its greatest component into `[1, 2)`, and
+/// parameters
 ///    are multiplied by it. This is exact, and the scaled parameter is a distance in the scene for directions of any length.
 /// 2. *Origin.* With direction `d > 0` on an axis, the ray enters the box at `(min - o) / d` and leaves it at
 ///    `(max - o) / d`. The entry is computed with `o` moved up, the exit with `o` moved down, each by the slack and the
@@ -104,7 +105,8 @@ fn widened(parameter: f32, sign: f32) -> f32 {
 
 /// An implementation of the slab test for the eight boxes of a node. All kernels give the same bits.
 pub(super) trait Kernel: Copy {
-    /// The scaled parameter at which the ray enters each child's box, and the set of boxes, as bits, that it enters before
+    /// The scaled parameter at which the ray enters each child's box, and the set of boxes, as bits, that it enters
+    /// before
     /// `limit`.
     fn intersect(self, node: &Node, slabs: &Slabs, limit: f32) -> (Lanes, u32);
 }

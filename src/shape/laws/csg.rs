@@ -485,8 +485,8 @@ mod tests {
         }
     }
 
-    /// The crossings of a line along x with a mesh of two cubes, each given by the x of its centre and half its edge. The
-    /// second cube faces outwards or inwards.
+    /// The crossings of a line along x with a mesh of two cubes, each given by the x of its centre and half its edge.
+    /// The second cube faces outwards or inwards.
     fn two_cubes([x, r]: [f64; 2], [y, q]: [f64; 2], faces_out: bool) -> Vec<f64> {
         let corner = |i: usize, bit: usize, r: f64| if i >> bit & 1 == 1 { r } else { -r };
         let vertices = |x: f64, r: f64| -> String {

@@ -1,8 +1,8 @@
 //! The laws of all shapes, checked on every example of every plugin and on some meshes.
 //!
-//! Many of them are integral geometry. For uniform, isotropic lines through a sphere of radius `R`, the expected sum of `f`
-//! over the points at which a line crosses a surface inside the sphere is `∫ f dA / 2πR²`. Hence hits give areas, volumes
-//! and moments independently of the shapes' own sampling.
+//! Many of them are integral geometry. For uniform, isotropic lines through a sphere of radius `R`, the expected sum of
+//! `f` over the points at which a line crosses a surface inside the sphere is `∫ f dA / 2πR²`. Hence hits give areas,
+//! volumes and moments independently of the shapes' own sampling.
 
 pub mod csg;
 pub mod mesh;

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 /// Triangles with shared vertices, in the units of their file.
 ///
-/// [`MeshData::new`] and the readers guarantee that every index is in range, every number is finite, no triangle has zero
-/// area, there is at least one triangle, and `normals` and `uvs`, if present, are as long as `positions`.
+/// [`MeshData::new`] and the readers guarantee that every index is in range, every number is finite, no triangle has
+/// zero area, there is at least one triangle, and `normals` and `uvs`, if present, are as long as `positions`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshData {
     /// The position of each vertex.
@@ -28,8 +28,8 @@ impl MeshData {
     ///
     /// # Errors
     ///
-    /// The list of normals or of texture coordinates is not as long as `positions`, there are more than `u32::MAX` vertices,
-    /// a number is not finite, an index is out of range, or no triangle has an area.
+    /// The list of normals or of texture coordinates is not as long as `positions`, there are more than `u32::MAX`
+    /// vertices, a number is not finite, an index is out of range, or no triangle has an area.
     pub fn new(
         positions: Vec<[f32; 3]>,
         normals: Option<Vec<[f32; 3]>>,
@@ -203,8 +203,8 @@ pub enum MeshFault {
 
 /// Reads a whole file and parses a mesh from its bytes. Errors contain the name of the file.
 ///
-/// The whole file is read into memory, because every format is checked against the file's size, and because an offset into
-/// the bytes is then an offset into the file. Devices and pipes have no size and are refused.
+/// The whole file is read into memory, because every format is checked against the file's size, and because an offset
+/// into the bytes is then an offset into the file. Devices and pipes have no size and are refused.
 pub(super) fn read(
     path: &Path,
     parse: impl FnOnce(&[u8]) -> Result<MeshData, MeshFault>,

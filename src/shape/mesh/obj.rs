@@ -1,15 +1,15 @@
 //! Wavefront OBJ.
 //!
-//! The reader supports the statements `v`, `vt`, `vn`, and `f` with corners `v`, `v/vt`, `v//vn` or `v/vt/vn`. A negative
-//! index counts back from the last value above its line. A vertex of the mesh is a distinct triple of indices; the vertices
-//! are numbered in the order in which the faces first use them. Unused values are left out. A polygon becomes a fan around
-//! its first corner, which is correct for convex polygons. Other statements (`g`, `o`, `s`, `usemtl`, `l`, ...) and further
-//! numbers on a line, such as colours, are ignored.
+//! The reader supports the statements `v`, `vt`, `vn`, and `f` with corners `v`, `v/vt`, `v//vn` or `v/vt/vn`. A
+//! negative index counts back from the last value above its line. A vertex of the mesh is a distinct triple of indices;
+//! the vertices are numbered in the order in which the faces first use them. Unused values are left out. A polygon
+//! becomes a fan around its first corner, which is correct for convex polygons. Other statements (`g`, `o`, `s`,
+//! `usemtl`, `l`, ...) and further numbers on a line, such as colours, are ignored.
 //!
-//! If only some corners have texture coordinates, the others get (0, 0). If only some have normals, the others get the zero
-//! normal; a face with zero normals is flat. Mitsuba does not support negative indices, and reads uninitialised memory for a
-//! corner without a normal in a file with normals. As in Mitsuba, an index must refer to a value above its line. Lines that
-//! continue after a backslash are not supported; they are an error in statements that the reader uses.
+//! If only some corners have texture coordinates, the others get (0, 0). If only some have normals, the others get the
+//! zero normal; a face with zero normals is flat. Mitsuba does not support negative indices, and reads uninitialised
+//! memory for a corner without a normal in a file with normals. As in Mitsuba, an index must refer to a value above its
+//! line. Lines that continue after a backslash are not supported; they are an error in statements that the reader uses.
 //!
 //! We have our own reader because the errors of the crate `tobj` do not state the line of the file.
 
@@ -22,7 +22,8 @@ use super::data::{self, MeshData, MeshError, MeshFault, check_vertex_count, quot
 ///
 /// # Errors
 ///
-/// The file cannot be read, a line is not valid (the error states its number), or the mesh does not pass [`MeshData::new`].
+/// The file cannot be read, a line is not valid (the error states its number), or the mesh does not pass
+/// [`MeshData::new`].
 pub fn read_obj(path: &Path, flip_tex_coords: bool) -> Result<MeshData, MeshError> {
     data::read(path, |bytes| parse(bytes, flip_tex_coords))
 }
@@ -87,7 +88,8 @@ impl Reader {
         if count < 3 { Err(format!("the face has {count} corners; it needs 3 or more")) } else { Ok(()) }
     }
 
-    /// The vertex of the mesh for a corner such as `3/1/2`. A new vertex is added when a corner occurs for the first time.
+    /// The vertex of the mesh for a corner such as `3/1/2`. A new vertex is added when a corner occurs for the first
+    /// time.
     fn vertex(&mut self, word: &[u8]) -> Result<u32, String> {
         let mut parts = word.split(|&byte| byte == b'/');
         let mut part = |of, count| index(of, parts.next().unwrap_or_default(), count);
@@ -305,8 +307,8 @@ mod tests {
         assert_eq!(message, format!("{}: line 1: v needs 3 numbers, but has 2", path.display()));
     }
 
-    /// Parses arbitrary bytes: the parser does not panic, the mesh keeps its guarantees, and memory is proportional to the
-    /// file's size.
+    /// Parses arbitrary bytes: the parser does not panic, the mesh keeps its guarantees, and memory is proportional to
+    /// the file's size.
     fn read_anything(bytes: &[u8]) {
         let Ok(mesh) = parse(bytes, true) else { return };
         let vertices = mesh.positions.len();

@@ -83,8 +83,8 @@ pub(super) fn signed_volume(triangles: &Triangles) -> f64 {
 /// The crossings of a line with a closed mesh. `outward` is the sign of the mesh's volume.
 ///
 /// A line through an edge hits both adjacent triangles: simultaneous hits count as one, which enters or leaves as their
-/// majority does. The line is inside where it has entered more shells than it has left, so that shells may overlap, and a
-/// shell that faces inwards within another bounds a cavity.
+/// majority does. The line is inside where it has entered more shells than it has left, so that shells may overlap, and
+/// a shell that faces inwards within another bounds a cavity.
 pub(super) fn cross(triangles: &Triangles, outward: f64, line: &Line) -> Crossings {
     let mut hits: Vec<(Crossing, bool)> = Vec::new();
     triangles.for_each(&line.ray, |hit| {

@@ -44,8 +44,8 @@ impl QuadraticForm {
         2.0 * (self.m * p) + self.v
     }
 
-    /// Whether the form can change its sign across its zero set: it is not constant, and it is not plus or minus the square
-    /// of a linear form. In both excluded cases all 2 x 2 minors of its 4 x 4 matrix vanish.
+    /// Whether the form can change its sign across its zero set: it is not constant, and it is not plus or minus the
+    /// square of a linear form. In both excluded cases all 2 x 2 minors of its 4 x 4 matrix vanish.
     pub(super) fn has_sides(&self) -> bool {
         let column = |i: usize| self.m.col(i).extend(0.5 * self.v[i]);
         let columns = [column(0), column(1), column(2), (0.5 * self.v).extend(self.k)];
@@ -60,8 +60,8 @@ impl QuadraticForm {
         pairs().any(|(a, b)| pairs().any(|(i, j)| is_minor(columns[a], columns[b], i, j)))
     }
 
-    /// The parameter at which a line is nearest to `centre`, and the coefficients of the form along the line as a polynomial
-    /// around that parameter. They stay accurate for distant origins.
+    /// The parameter at which a line is nearest to `centre`, and the coefficients of the form along the line as a
+    /// polynomial around that parameter. They stay accurate for distant origins.
     #[inline]
     fn along_line(&self, ray: &Ray, centre: DVec3) -> (f64, [f64; 3]) {
         let d = ray.direction;

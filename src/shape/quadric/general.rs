@@ -8,9 +8,9 @@ use crate::{
 
 /// The part of any quadric `A x² + B y² + C z² + D xy + E xz + F yz + G x + H y + I z + J = 0` that lies in a box.
 ///
-/// The normals point to the side where the left side is positive. As an operand of a csg it is the part of the box in which
-/// the left side is not positive. Texture coordinates are x and y; on the faces of the box, the two coordinates that vary
-/// there.
+/// The normals point to the side where the left side is positive. As an operand of a csg it is the part of the box in
+/// which the left side is not positive. Texture coordinates are x and y; on the faces of the box, the two coordinates
+/// that vary there.
 #[derive(Clone, Debug)]
 pub struct General;
 

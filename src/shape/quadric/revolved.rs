@@ -103,24 +103,25 @@ macro_rules! by_profile {
 
 by_profile! { Cylinder Cone Paraboloid Hyperboloid }
 
-/// The lateral surface of a cylinder, without caps, with outward normals; an exact elliptic cylinder under any affine map.
-/// As an operand of a csg it is closed by flat caps.
+/// The lateral surface of a cylinder, without caps, with outward normals; an exact elliptic cylinder under any affine
+/// map. As an operand of a csg it is closed by flat caps.
 #[derive(Clone, Debug)]
 pub struct Cylinder(Profile);
 
-/// The lateral surface of a cone with its base in the plane `z = 0` and its apex above, with outward normals. As an operand
-/// of a csg it is closed by a flat base.
+/// The lateral surface of a cone with its base in the plane `z = 0` and its apex above, with outward normals. As an
+/// operand of a csg it is closed by a flat base.
 #[derive(Clone, Debug)]
 pub struct Cone(Profile);
 
-/// The paraboloid `x² + y² = radius² z / height` from its vertex at the origin up to `height`. The normals point outwards,
-/// away from the focus at the height `radius² / (4 height)`. As an operand of a csg it is closed by a flat disk at the rim.
+/// The paraboloid `x² + y² = radius² z / height` from its vertex at the origin up to `height`. The normals point
+/// outwards, away from the focus at the height `radius² / (4 height)`. As an operand of a csg it is closed by a flat
+/// disk at the rim.
 #[derive(Clone, Debug)]
 pub struct Paraboloid(Profile);
 
-/// The hyperboloid `(x² + y²) / radius² - z² / axis² = 1` of one sheet, or `= -1` of two sheets, between two heights. The
-/// normals point away from the z axis; those of two sheets also point towards the other sheet. As an operand of a csg it
-/// is closed by flat caps.
+/// The hyperboloid `(x² + y²) / radius² - z² / axis² = 1` of one sheet, or `= -1` of two sheets, between two heights.
+/// The normals point away from the z axis; those of two sheets also point towards the other sheet. As an operand of a
+/// csg it is closed by flat caps.
 #[derive(Clone, Debug)]
 pub struct Hyperboloid(Profile);
 

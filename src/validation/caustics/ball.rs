@@ -237,8 +237,8 @@ fn from_map(effort: Effort) -> Vec<Finding> {
     findings
 }
 
-/// The mean of estimates over a disc of the floor: one in each of its sectors, at each of even steps from the axis, where
-/// most of the light is.
+/// The mean of estimates over a disc of the floor: one in each of its sectors, at each of even steps from the axis,
+/// where most of the light is.
 fn mean_irradiance(
     scene: &Scene,
     map: &PhotonMap,

@@ -148,8 +148,8 @@ impl Case {
         near.map(|(place, _)| self.signed_distance(place, angle)).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// The distance from the caustic near an angle, positive on the side that it bends to: rays that touch it pass on the
-    /// other.
+    /// The distance from the caustic near an angle, positive on the side that it bends to: rays that touch it pass on
+    /// the other.
     fn signed_distance(&self, place: DVec2, angle: f64) -> f64 {
         const STEP: f64 = 1e-4;
         let tangent = |angle: f64| self.room.caustic(angle + STEP) - self.room.caustic(angle - STEP);

@@ -79,8 +79,8 @@ pub(in crate::validation) fn pixels(camera: &Camera) -> Vec<Pixel> {
     (0..ROWS).flat_map(|row| (0..COLUMNS).map(move |column| (row, column))).map(pixel).collect()
 }
 
-/// The mean radiance of each band, if the irradiance of a light of intensity 1 depends like this on the distance from the
-/// place below it.
+/// The mean radiance of each band, if the irradiance of a light of intensity 1 depends like this on the distance from
+/// the place below it.
 pub(in crate::validation) fn expected(pixels: &[Pixel], irradiance: impl Fn(f64) -> f64) -> [f64; BANDS.len()] {
     let seen = |pixel: &Pixel| {
         let Pixel { band, footprint: Footprint { place, weight } } = pixel;
@@ -98,8 +98,8 @@ pub(in crate::validation) fn band_means(shown: &[Rgb], pixels: &[Pixel]) -> [f64
     })
 }
 
-/// What the kernel makes of the irradiance of a light of intensity 1, by the distance from the place below it: for photons
-/// within each of these radii, in the mean over these.
+/// What the kernel makes of the irradiance of a light of intensity 1, by the distance from the place below it: for
+/// photons within each of these radii, in the mean over these.
 pub(in crate::validation) fn blurred(kernel: Kernel, radii: &[f64], pixels: &[Pixel]) -> impl Fn(f64) -> f64 {
     let photons = Photons {
         irradiance: |place: DVec2| PANE.irradiance(place.length(), 0),

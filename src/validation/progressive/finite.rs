@@ -196,8 +196,8 @@ fn mean_and_square(errors: [f64; PLACES]) -> [f64; 2] {
     [1, 2].map(|n| errors.iter().map(|error| error.powi(n)).sum::<f64>() / PLACES as f64)
 }
 
-/// What an image of passes with a radius for each pixel has: the mean over places of the errors, of their squares, and of
-/// the bias, the variance and the square of the last radius that its own radii must give.
+/// What an image of passes with a radius for each pixel has: the mean over places of the errors, of their squares, and
+/// of the bias, the variance and the square of the last radius that its own radii must give.
 type OfPixels = [f64; 5];
 
 /// Images with the moments that their own radii must give.
@@ -300,8 +300,8 @@ fn of_pixels(image: &mut Image<'_>, blur: &Blur) -> OfPixels {
     [error, square, mean - truth(), variance, squares.iter().sum::<f64>() / PLACES as f64]
 }
 
-/// The squares of the radii over the first, before each pass and after the last, if each pass finds as many photons as are
-/// expected.
+/// The squares of the radii over the first, before each pass and after the last, if each pass finds as many photons as
+/// are expected.
 fn expected_squares(constant: &Blur, alpha: f64, passes: u32) -> Vec<f64> {
     let (mut squared, mut kept) = (1.0, 0.0);
     let mut squares = vec![squared];

@@ -70,8 +70,8 @@ const THINGS: [Thing; 3] = [
     Thing { name: "through glass", shape: "cube", bsdf: GLASS, reflectance: Rgb::ONE },
 ];
 
-/// Where the things are, from the eye: so near that each fills its quarter and is so small that the light of the box stays
-/// even but for a millionth.
+/// Where the things are, from the eye: so near that each fills its quarter and is so small that the light of the box
+/// stays even but for a millionth.
 const DISTANCE: f64 = 0.01;
 /// Of the film.
 const COLUMNS: usize = 12;

@@ -78,7 +78,8 @@ impl<'r> Image<'r> {
         self.sums.fill(Rgb::ZERO);
     }
 
-    /// The squares of the radii of the next pass over those of the first, of all pixels; empty with a radius for each pass.
+    /// The squares of the radii of the next pass over those of the first, of all pixels; empty with a radius for each
+    /// pass.
     fn squares(&self) -> Vec<f64> {
         match self.rendering.state() {
             IntegratorState::Empty => Vec::new(),

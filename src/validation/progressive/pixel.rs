@@ -69,8 +69,8 @@ fn finds(_: Effort) -> Vec<Finding> {
     ]
 }
 
-/// How many pixels found photons, the largest distance of their numbers from whole ones, and the largest relative error of
-/// the squares of radii.
+/// How many pixels found photons, the largest distance of their numbers from whole ones, and the largest relative error
+/// of the squares of radii.
 fn of_side(renderer: &Renderer) -> [f64; 3] {
     let power = 4.0 * PI * (INTENSITIES[0] + INTENSITIES[1]) / f64::from(PHOTONS);
     let mut image = Image::new(renderer, PASSES, 71, 0);

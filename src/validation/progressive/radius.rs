@@ -56,8 +56,8 @@ fn radii(_: Effort) -> Vec<Finding> {
     findings
 }
 
-/// A pixel after 1000 passes that find as many as `finds` says of the square of its radius: how far its photons are at worst
-/// from the density of all that were found, each in the disc of its pass, and the square in the end.
+/// A pixel after 1000 passes that find as many as `finds` says of the square of its radius: how far its photons are at
+/// worst from the density of all that were found, each in the disc of its pass, and the square in the end.
 fn pixel_radii(alpha: f64, finds: impl Fn(f64) -> u32) -> (f64, f64) {
     let (mut radius, mut density, mut worst) = (PixelRadius::FIRST, 0.0, 0.0_f64);
     for _ in 0..1000 {

@@ -113,8 +113,8 @@ impl BallLens {
         sum
     }
 
-    /// Where the ray of an offset from 0 up to the radius meets the plane at `z = plane`, as a distance from the axis that
-    /// is negative beyond it; `None` if it is bent by 90 degrees and more.
+    /// Where the ray of an offset from 0 up to the radius meets the plane at `z = plane`, as a distance from the axis
+    /// that is negative beyond it; `None` if it is bent by 90 degrees and more.
     #[must_use]
     pub fn landing(&self, plane: f64, offset: f64) -> Option<f64> {
         let theta = (offset / self.radius).asin();

@@ -147,7 +147,8 @@ impl<const N: usize> Interpolant<N> {
 /// Places at which signs of a slope are looked at.
 const SAMPLES: u32 = 400;
 
-/// The interval `[a, b]`, cut where the slope of a function changes its sign. Two changes within a 400th of it are missed.
+/// The interval `[a, b]`, cut where the slope of a function changes its sign. Two changes within a 400th of it are
+/// missed.
 #[must_use]
 pub fn monotone(slope: impl Fn(f64) -> f64, [a, b]: [f64; 2]) -> Vec<[f64; 2]> {
     // Away from the ends, where a slope may be 0 or infinite.

@@ -7,15 +7,15 @@
 //! `vertex_index`, of any integer types. It skips other properties and elements. Integers are not scaled by the range of
 //! their type.
 //!
-//! A face with more than three corners becomes a fan around its first corner, which is correct for convex polygons. Mitsuba
-//! refuses all faces but triangles. Mitsuba also refuses `obj_info` and accepts indices out of range.
+//! A face with more than three corners becomes a fan around its first corner, which is correct for convex polygons.
+//! Mitsuba refuses all faces but triangles. Mitsuba also refuses `obj_info` and accepts indices out of range.
 //!
 //! As in Mitsuba, the numbers of an ascii file may be broken into lines arbitrarily. Data after the last element is an
-//! error, except blanks in an ascii file: as in Mitsuba, and because it indicates wrong counts in the header. An ascii file
-//! that is truncated within the digits of its last number cannot be distinguished from a complete one.
+//! error, except blanks in an ascii file: as in Mitsuba, and because it indicates wrong counts in the header. An ascii
+//! file that is truncated within the digits of its last number cannot be distinguished from a complete one.
 //!
-//! We have our own reader because the crate `ply-rs-bw` reads from a stream: it cannot compare the counts of a header with
-//! the size of the file, and it does not detect trailing data.
+//! We have our own reader because the crate `ply-rs-bw` reads from a stream: it cannot compare the counts of a header
+//! with the size of the file, and it does not detect trailing data.
 
 mod header;
 mod source;
