@@ -69,7 +69,7 @@ pub(super) fn compare_scene(scene: SceneFile, effort: Effort) -> Result<SceneEvi
 /// Samples per pixel of a pass, and passes to begin with.
 fn schedule(effort: Effort) -> (u32, u64) {
     match effort {
-        Effort::Quick => (4, REPLICATES),
+        Effort::Quick => (8, REPLICATES),
         Effort::Standard => (32, REPLICATES),
         Effort::Full => (32, 4 * REPLICATES),
     }
