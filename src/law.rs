@@ -28,8 +28,11 @@ pub enum Check {
     /// Against closed forms, in scenes that the law makes.
     Analytic(fn(Effort) -> Vec<Finding>),
     /// On every scene file that has a reference, one at a time; nothing is found on a file that the law is not about.
-    Scenes(fn(&SceneFile, Effort) -> Result<Vec<Finding>, CheckError>),
+    Scenes(SceneCheck),
 }
+
+/// The findings of a law on a scene file.
+pub type SceneCheck = fn(&SceneFile, Effort) -> Result<Vec<Finding>, CheckError>;
 
 /// A scene file with its reference.
 #[derive(Clone, Debug)]

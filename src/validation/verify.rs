@@ -6,7 +6,7 @@ use glob::Pattern;
 use rayon::prelude::*;
 
 use crate::{
-    law::{Check, CheckError, Effort, Finding, Law, SceneFile, judge, level_of_each},
+    law::{Check, CheckError, Effort, Finding, Law, SceneCheck, SceneFile, judge, level_of_each},
     provenance,
     validation::{
         equivalent::is_biased,
@@ -120,8 +120,7 @@ fn check_analytic(is_asked: impl Fn(&Law) -> bool, effort: Effort, progress: &(d
 }
 
 /// The laws that are about scene files, with their checks.
-fn laws_of_scenes() -> impl Iterator<Item = (&'static Law, fn(&SceneFile, Effort) -> Result<Vec<Finding>, CheckError>)>
-{
+fn laws_of_scenes() -> impl Iterator<Item = (&'static Law, SceneCheck)> {
     laws().filter_map(|law| match law.check {
         Check::Scenes(check) => Some((law, check)),
         Check::Analytic(_) => None,
