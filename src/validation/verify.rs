@@ -6,7 +6,7 @@ use glob::Pattern;
 use rayon::prelude::*;
 
 use crate::{
-    law::{Check, CheckError, Effort, Finding, Law, SceneCheck, SceneFile, judge, level_of_each},
+    law::{Check, Effort, Finding, Law, SceneCheck, judge, level_of_each},
     provenance,
     validation::{
         equivalent::is_biased,
