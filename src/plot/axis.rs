@@ -1,4 +1,4 @@
-//! Axes: their ends, the places of values, and ticks with labels that do not overlap.
+//! Axes: their ends, the positions of values, and ticks with labels that do not overlap.
 
 use super::text;
 
@@ -12,11 +12,11 @@ pub(crate) struct Axis {
     pub(crate) ends: Option<[f64; 2]>,
 }
 
-/// How values become places.
+/// How values become positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Scale {
     Linear,
-    /// By decimal logarithms; values from 0 down have no place.
+    /// By decimal logarithms; values from 0 down have no position.
     Log,
 }
 
@@ -31,7 +31,7 @@ impl Axis {
         Self { title: title.into(), scale: Scale::Log, ends: None }
     }
 
-    /// Whether a value has a place on the axis.
+    /// Whether a value has a position on the axis.
     pub(super) fn has(&self, value: f64) -> bool {
         value.is_finite() && (self.scale == Scale::Linear || value > 0.0)
     }
@@ -43,8 +43,8 @@ pub(super) struct Ruler {
     scale: Scale,
     /// The values at its ends, or their decimal logarithms.
     ends: [f64; 2],
-    /// The places of its ends in the drawing.
-    places: [f64; 2],
+    /// The positions of its ends in the drawing.
+    positions: [f64; 2],
 }
 
 /// A mark of an axis.
@@ -69,7 +69,7 @@ impl Tick {
 
 impl Ruler {
     /// The ruler of an axis that holds some values. None if they and the axis's own ends leave nothing to span.
-    pub(super) fn new(axis: &Axis, values: impl Iterator<Item = f64>, places: [f64; 2]) -> Option<Self> {
+    pub(super) fn new(axis: &Axis, values: impl Iterator<Item = f64>, positions: [f64; 2]) -> Option<Self> {
         let scaled = |value: f64| if axis.scale == Scale::Log { value.log10() } else { value };
         let held = |[low, high]: [f64; 2], value: f64| [low.min(value), high.max(value)];
         let nothing = [f64::INFINITY, f64::NEG_INFINITY];
@@ -79,7 +79,7 @@ impl Ruler {
             return (low < high && (high - low).is_finite()).then_some(Self {
                 scale: axis.scale,
                 ends: [low, high],
-                places,
+                positions,
             });
         }
         let [low, high] = values.filter(has).map(scaled).fold(nothing, held);
@@ -95,23 +95,23 @@ impl Ruler {
         };
         let room = (0.05 * span).max(0.5 * (least - span));
         let ends = [low - room, high + room];
-        (ends[1] - ends[0]).is_finite().then_some(Self { scale: axis.scale, ends, places })
+        (ends[1] - ends[0]).is_finite().then_some(Self { scale: axis.scale, ends, positions })
     }
 
-    /// The place of a value. Values beyond an end are placed at that end.
-    pub(super) fn place(&self, value: f64) -> f64 {
+    /// The position of a value. Values beyond an end are placed at that end.
+    pub(super) fn position(&self, value: f64) -> f64 {
         let [low, high] = self.ends;
         let at = match self.scale {
             Scale::Linear => value,
             Scale::Log => value.max(f64::MIN_POSITIVE).log10(),
         };
         let part = ((at - low) / (high - low)).clamp(0.0, 1.0);
-        self.places[0] + part * (self.places[1] - self.places[0])
+        self.positions[0] + part * (self.positions[1] - self.positions[0])
     }
 
-    /// The places of its low and its high end.
-    pub(super) fn places(&self) -> [f64; 2] {
-        self.places
+    /// The positions of its low and its high end.
+    pub(super) fn positions(&self) -> [f64; 2] {
+        self.positions
     }
 
     /// Ticks in rising order, with labels that do not overlap, given how much of the axis a label takes.
@@ -131,7 +131,7 @@ impl Ruler {
         let mut taken: Vec<[f64; 2]> = Vec::new();
         for i in order {
             let Some(label) = &ticks[i].label else { continue };
-            let (at, half) = (self.place(ticks[i].value), 0.5 * extent(label));
+            let (at, half) = (self.position(ticks[i].value), 0.5 * extent(label));
             if taken.iter().any(|[from, to]| at - half < *to && *from < at + half) {
                 ticks[i].label = None;
             } else {
@@ -281,7 +281,7 @@ mod tests {
             let mut last = f64::NEG_INFINITY;
             for tick in ruler.ticks(across) {
                 let Some(label) = tick.label else { continue };
-                let at = ruler.place(tick.value);
+                let at = ruler.position(tick.value);
                 assert!(at - 0.5 * text::width(&label) > last, "{ends:?}: {label}");
                 last = at + 0.5 * text::width(&label);
             }
@@ -290,12 +290,16 @@ mod tests {
     }
 
     #[test]
-    fn values_have_places() {
+    fn values_have_positions() {
         let axis = Axis::log("");
         let values = [1.0, 100.0, 0.0, -3.0, f64::NAN, f64::INFINITY];
         let ruler = Ruler::new(&axis, values.into_iter(), [0.0, 1.0]).unwrap();
-        assert!((ruler.place(10.0) - 0.5).abs() < 1e-12);
-        assert!((ruler.place(1.0) - 0.1 / 2.2).abs() < 1e-12 && ruler.place(-1.0) == 0.0 && ruler.place(1e9) == 1.0);
+        assert!((ruler.position(10.0) - 0.5).abs() < 1e-12);
+        assert!(
+            (ruler.position(1.0) - 0.1 / 2.2).abs() < 1e-12
+                && ruler.position(-1.0) == 0.0
+                && ruler.position(1e9) == 1.0
+        );
         assert!(Ruler::new(&axis, [0.0].into_iter(), [0.0, 1.0]).is_none());
     }
 
@@ -307,7 +311,7 @@ mod tests {
         assert!(new(linear(Some([0.0, f64::NAN])), &[]).is_none());
         assert!(new(linear(None), &[f64::MIN, f64::MAX]).is_none());
         for value in [0.0, 5.0, -1e-300] {
-            assert!((new(linear(None), &[value]).unwrap().place(value) - 0.5).abs() < 1e-9, "{value}");
+            assert!((new(linear(None), &[value]).unwrap().position(value) - 0.5).abs() < 1e-9, "{value}");
         }
     }
 }

@@ -94,16 +94,16 @@ mod tests {
     }
 
     #[test]
-    fn points_and_their_prediction_share_places() {
+    fn points_and_their_prediction_have_equal_positions() {
         let ends = [[1.0, 1.0], [100.0, 0.1]];
         let svg =
             drawn(&plot(vec![points(&[[1.0, 1.0, 0.0], [10.0, 0.1_f64.sqrt(), 0.0], [100.0, 0.1, 0.0]]), line(&ends)]));
-        let places = |class: &str| {
+        let positions = |class: &str| {
             let from = svg.find(&format!(r#"class="{class}" d="M"#)).unwrap();
             let path = svg[from..].split('"').nth(3).unwrap().trim_start_matches('M');
             path.split('L').map(|at| at.split(' ').map(|x| x.parse().unwrap()).collect()).collect::<Vec<Vec<f64>>>()
         };
-        let (measured, predicted) = (places("line"), places("line dashed"));
+        let (measured, predicted) = (positions("line"), positions("line dashed"));
         assert_eq!((measured.len(), predicted.len()), (3, 2));
         assert_eq!((&measured[0], &measured[2]), (&predicted[0], &predicted[1]));
         for coordinate in 0..2 {
@@ -159,7 +159,7 @@ mod tests {
     fn bars_begin_at_zero() {
         let shape = Shape::Bars { ends: [0.0, 1.0], heights: vec![3.0, 0.0, f64::NAN, 6.0] };
         let bars = Layer { label: String::new(), style: Style::Series(0), shape };
-        let level = Layer { label: "expected".into(), style: Style::Plain, shape: Shape::Level(3.0) };
+        let level = Layer { label: "expected".into(), style: Style::Plain, shape: Shape::HorizontalLine(3.0) };
         let band = Layer { label: "band".into(), style: Style::Plain, shape: Shape::Band([1.0, 5.0]) };
         let (x, y) = (Axis::linear("p", [0.0, 1.0]), Axis::linear("tiles", [0.0, 6.0]));
         let svg = drawn(&Plot { title: String::new(), x, y, layers: vec![band, bars, level] });

@@ -34,9 +34,9 @@ pub(crate) enum Shape {
     /// The band between two heights.
     Band([f64; 2]),
     /// A dashed line across at a height.
-    Level(f64),
+    HorizontalLine(f64),
     /// A dashed upright line.
-    Place(f64),
+    VerticalLine(f64),
 }
 
 /// A measurement.
@@ -70,7 +70,7 @@ impl Style {
         }
     }
 
-    /// Draws the mark at a place, in a size.
+    /// Draws the mark at a point, scaled by a factor.
     pub(super) fn mark(self, svg: &mut String, [x, y]: [f64; 2], size: f64) {
         let number = if let Self::Series(number) = self { number } else { 0 };
         let outline = MARKS[number % MARKS.len()];
@@ -110,8 +110,8 @@ impl Shape {
                 all.then(|| self.clone())
             }
             Self::Band(ends) => ends.iter().all(|end| y.has(*end)).then(|| self.clone()),
-            Self::Level(at) => y.has(*at).then(|| self.clone()),
-            Self::Place(at) => x.has(*at).then(|| self.clone()),
+            Self::HorizontalLine(at) => y.has(*at).then(|| self.clone()),
+            Self::VerticalLine(at) => x.has(*at).then(|| self.clone()),
         }
     }
 
@@ -126,8 +126,8 @@ impl Shape {
             Self::Points { points, .. } => points.iter().map(|point| point.x).collect(),
             Self::Line { points, .. } => points.iter().map(|at| at[0]).collect(),
             Self::Bars { ends, .. } => ends.to_vec(),
-            Self::Place(at) => vec![*at],
-            Self::Band(_) | Self::Level(_) => Vec::new(),
+            Self::VerticalLine(at) => vec![*at],
+            Self::Band(_) | Self::HorizontalLine(_) => Vec::new(),
         }
     }
 
@@ -141,8 +141,8 @@ impl Shape {
             Self::Line { points, .. } => points.iter().map(|at| at[1]).collect(),
             Self::Bars { heights, .. } => heights.iter().copied().chain([0.0]).collect(),
             Self::Band(ends) => ends.to_vec(),
-            Self::Level(at) => vec![*at],
-            Self::Place(_) => Vec::new(),
+            Self::HorizontalLine(at) => vec![*at],
+            Self::VerticalLine(_) => Vec::new(),
         }
     }
 
@@ -175,15 +175,15 @@ pub(super) struct Field<'p> {
 }
 
 impl Field<'_> {
-    fn place(&self, x: f64, y: f64) -> [f64; 2] {
-        [self.x.place(x), self.y.place(y)]
+    fn position(&self, x: f64, y: f64) -> [f64; 2] {
+        [self.x.position(x), self.y.position(y)]
     }
 
     /// Draws a layer.
     pub(super) fn draw(&self, svg: &mut String, style: Style, shape: &Shape) {
         let _ = write!(svg, r#"<g class="{}">"#, style.class());
-        let [left, right] = self.x.places();
-        let [bottom, top] = self.y.places();
+        let [left, right] = self.x.positions();
+        let [bottom, top] = self.y.positions();
         match shape {
             Shape::Points { points, joined } => self.points(svg, style, points, *joined),
             Shape::Line { points, is_dashed } => {
@@ -191,15 +191,15 @@ impl Field<'_> {
             }
             Shape::Bars { ends, heights } => self.bars(svg, *ends, heights),
             Shape::Band(ends) => {
-                let [low, high] = ends.map(|end| self.y.place(end));
+                let [low, high] = ends.map(|end| self.y.position(end));
                 let _ = write!(svg, r#"<path class="band" d="M{left:.1} {low:.1}H{right:.1}V{high:.1}H{left:.1}z"/>"#);
             }
-            Shape::Level(at) => {
-                let at = self.y.place(*at);
+            Shape::HorizontalLine(at) => {
+                let at = self.y.position(*at);
                 let _ = write!(svg, r#"<path class="line dashed" d="M{left:.1} {at:.1}H{right:.1}"/>"#);
             }
-            Shape::Place(at) => {
-                let at = self.x.place(*at);
+            Shape::VerticalLine(at) => {
+                let at = self.x.position(*at);
                 let _ = write!(svg, r#"<path class="line dashed" d="M{at:.1} {bottom:.1}V{top:.1}"/>"#);
             }
         }
@@ -212,32 +212,32 @@ impl Field<'_> {
         let size = if points.len() > 16 { 0.6 } else { 1.0 };
         let known: Vec<&Point> = points.iter().filter(|point| !point.is_limit(y)).collect();
         if joined && known.len() > 1 {
-            let upper = known.iter().map(|point| self.place(point.x, point.band()[1]));
-            let lower = known.iter().rev().map(|point| self.place(point.x, point.band()[0]));
+            let upper = known.iter().map(|point| self.position(point.x, point.band()[1]));
+            let lower = known.iter().rev().map(|point| self.position(point.x, point.band()[0]));
             let around: Vec<_> = upper.chain(lower).map(text_of).collect();
             let _ = write!(svg, r#"<path class="band" d="M{}z"/>"#, around.join("L"));
-            let line: Vec<_> = known.iter().map(|point| text_of(self.place(point.x, point.y))).collect();
+            let line: Vec<_> = known.iter().map(|point| text_of(self.position(point.x, point.y))).collect();
             let _ = write!(svg, r#"<path class="line" d="M{}"/>"#, line.join("L"));
         }
         for point in points {
             let [low, high] = point.band();
             if point.is_limit(y) {
-                limit(svg, self.place(point.x, high));
+                limit(svg, self.position(point.x, high));
                 continue;
             }
             if low < high {
-                let ([x, low], [_, high]) = (self.place(point.x, low), self.place(point.x, high));
+                let ([x, low], [_, high]) = (self.position(point.x, low), self.position(point.x, high));
                 let _ = write!(svg, r#"<path class="error" d="M{x:.1} {low:.1}V{high:.1}"/>"#);
             }
-            style.mark(svg, self.place(point.x, point.y), size);
+            style.mark(svg, self.position(point.x, point.y), size);
         }
     }
 
-    /// A line, which breaks where a point has no place.
+    /// A line, which breaks where a point has no position.
     fn line(&self, svg: &mut String, points: &[[f64; 2]], class: &str) {
         let [x, y] = self.axes;
         for piece in points.split(|at| !(x.has(at[0]) && y.has(at[1]))).filter(|piece| piece.len() > 1) {
-            let piece: Vec<_> = piece.iter().map(|at| text_of(self.place(at[0], at[1]))).collect();
+            let piece: Vec<_> = piece.iter().map(|at| text_of(self.position(at[0], at[1]))).collect();
             let _ = write!(svg, r#"<path class="{class}" d="M{}"/>"#, piece.join("L"));
         }
     }
@@ -245,11 +245,11 @@ impl Field<'_> {
     fn bars(&self, svg: &mut String, [from, to]: [f64; 2], heights: &[f64]) {
         /// Between two bars.
         const GAP: f64 = 1.5;
-        let edge = |i: usize| self.x.place(from + (to - from) * i as f64 / heights.len() as f64);
-        let ground = self.y.place(0.0);
+        let edge = |i: usize| self.x.position(from + (to - from) * i as f64 / heights.len() as f64);
+        let ground = self.y.position(0.0);
         for (i, height) in heights.iter().enumerate().filter(|(_, height)| height.is_finite()) {
             let (left, width) = (edge(i), (edge(i + 1) - edge(i) - GAP).max(0.5));
-            let top = self.y.place(*height);
+            let top = self.y.position(*height);
             let _ = write!(
                 svg,
                 r#"<rect class="bar" x="{left:.1}" y="{:.1}" width="{width:.1}" height="{:.1}"/>"#,

@@ -35,11 +35,11 @@ impl Symbol {
             Shape::Line { is_dashed, .. } => Self::Line { is_dashed: *is_dashed },
             Shape::Bars { .. } => Self::Swatch("bar"),
             Shape::Band(_) => Self::Swatch("band"),
-            Shape::Level(_) | Shape::Place(_) => Self::Line { is_dashed: true },
+            Shape::HorizontalLine(_) | Shape::VerticalLine(_) => Self::Line { is_dashed: true },
         }
     }
 
-    /// Draws it from a place to the right.
+    /// Draws it from a point to the right.
     fn draw(&self, svg: &mut String, style: Style, [x, y]: [f64; 2]) {
         let middle = x + 0.5 * SYMBOL;
         let mut path = |class: &str, outline: &str| {

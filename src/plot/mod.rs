@@ -8,7 +8,7 @@
 //!
 //! | part | file |
 //! |---|---|
-//! | ends, places, ticks and their labels | `axis` |
+//! | ends, positions, ticks and their labels | `axis` |
 //! | layers as elements of SVG | `layer` |
 //! | the frame, the texts and the layers on one sheet | `sheet` |
 //! | the sheet in a page or in a file | `figure` |

@@ -79,7 +79,7 @@ impl Frame {
     fn grid(&self, svg: &mut String, x: &Ruler, x_ticks: &[Tick], y: &Ruler, y_ticks: &[Tick]) {
         let Self { left, right, top, bottom } = self;
         for tick in x_ticks {
-            let at = x.place(tick.value);
+            let at = x.position(tick.value);
             if let Some(label) = &tick.label {
                 let half = 0.5 * text::width(label);
                 let _ = write!(
@@ -92,7 +92,7 @@ impl Frame {
             let _ = write!(svg, r#"<path class="tick" d="M{at:.1} {bottom:.1}v-{}"/>"#, tick.length());
         }
         for tick in y_ticks {
-            let at = y.place(tick.value);
+            let at = y.position(tick.value);
             if let Some(label) = &tick.label {
                 let _ = write!(
                     svg,

@@ -1,4 +1,4 @@
-//! The laws, grouped by the first part of their names.
+//! The sections of the laws, grouped by the first part of their names.
 
 use serde::Serialize;
 
@@ -14,7 +14,7 @@ use crate::{
     validation::{Evidence, LawTime, Row},
 };
 
-/// A law with more findings than this is folded up.
+/// The table of a law with more findings than this is folded.
 const HANDFUL: usize = 4;
 
 /// The laws of one prefix.
@@ -24,12 +24,12 @@ pub(super) struct Group {
     findings: usize,
     failed: usize,
     seconds: String,
-    /// What its laws could have detected; empty if that is not known.
+    /// The differences that its laws could have detected; empty if unknown.
     power: String,
     laws: Vec<LawView>,
 }
 
-/// A law with its findings, those that fail first.
+/// A law with its findings, failing ones first.
 #[derive(Debug, Serialize)]
 struct LawView {
     anchor: String,
@@ -46,22 +46,22 @@ struct LawView {
     findings: Vec<FindingView>,
 }
 
-/// A line of the table.
+/// A row of the table of findings.
 #[derive(Debug, Serialize)]
 pub(super) struct FindingView {
     pub(super) anchor: String,
     pub(super) subject: String,
-    /// The value or the statistic.
+    /// The measured value or the test statistic.
     pub(super) found: String,
-    /// What the value should be.
+    /// The expected value; None for a test.
     pub(super) expected: Option<String>,
-    /// The error or p, and what it is held against.
+    /// The error and its bound, or p and the level.
     pub(super) held_against: String,
     pub(super) mark: Mark,
 }
 
 impl Group {
-    /// All groups in the order of their first rows.
+    /// All groups, in the order of their first rows.
     pub(super) fn all(evidence: &Evidence) -> Vec<Self> {
         let laws_of = |name: &str| {
             let rows = evidence.rows.iter().filter(|row| group_of(&row.name) == name).collect();
@@ -148,7 +148,7 @@ fn held_against(row: &Row) -> String {
     }
 }
 
-/// What the laws of a group could have detected.
+/// The differences that the laws of a group could have detected.
 fn power(group: &GroupSummary) -> String {
     let bias = group
         .detectable_bias
@@ -157,7 +157,7 @@ fn power(group: &GroupSummary) -> String {
     bias.into_iter().chain(bound).collect::<Vec<_>>().join(", ")
 }
 
-/// Rows by a key, keys in the order in which they first occur.
+/// Groups rows by a key. Groups are in the order of their first rows.
 fn grouped(rows: Vec<&Row>, key: impl Fn(&&Row) -> String) -> Vec<(String, Vec<&Row>)> {
     let mut groups: Vec<(String, Vec<&Row>)> = Vec::new();
     for row in rows {
@@ -170,7 +170,7 @@ fn grouped(rows: Vec<&Row>, key: impl Fn(&&Row) -> String) -> Vec<(String, Vec<&
     groups
 }
 
-/// The rows that fail, with anchors that lead to them.
+/// The failing rows, with the anchors of their table rows.
 pub(super) fn failures(rows: &[Row]) -> Vec<(&Row, FindingView)> {
     let failing = rows.iter().filter(|row| !row.passed).collect();
     let of_law = |(name, rows): (String, Vec<_>)| {
@@ -185,7 +185,7 @@ mod tests {
     use super::{super::sample, *};
 
     #[test]
-    fn the_worst_is_the_closest_to_failing() {
+    fn the_worst_finding_is_the_closest_to_failing() {
         let rows = sample::many(&[(0.5, true), (0.002, true), (0.9, true), (0.3, true), (0.4, true)]);
         let law = LawView::new(rows.iter().collect(), &[]);
         assert!(law.folded && law.failed == 0);
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn failures_lead_to_their_rows() {
+    fn failures_link_to_their_rows() {
         let rows = sample::many(&[(0.5, true), (1e-9, false), (0.9, true), (1e-7, false)]);
         let law = LawView::new(rows.iter().collect(), &[]);
         let found = failures(&rows);

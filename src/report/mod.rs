@@ -1,13 +1,13 @@
-//! The report: one self-contained HTML page, and summaries for people and programs. It reads evidence and never renders.
+//! The report: a self-contained HTML page, and summaries in Markdown and JSON. It reads evidence and does not render.
 //!
 //! | part | file |
 //! |---|---|
-//! | the page as a whole; the style sheet, which pages of studies share | `page`, `template.html`, `style.css`, `script.js` |
-//! | the laws, by the first part of their names; each group in numbers | `laws`, `laws.html`; `groups` |
+//! | the whole page; the style sheet, shared with the pages of studies | `page`, `template.html`, `style.css`, `script.js` |
+//! | the laws, grouped by the first part of their names; statistics of groups | `laws`, `laws.html`; `groups` |
 //! | the scenes | `scenes`, `scene.html` |
 //! | pictures as data URIs, with the ramps of their legends | `pictures` |
-//! | which plots there are | `drawings` |
-//! | numbers as text; pass and fail as symbol and word | `number`; `mark`, `mark.html` |
+//! | plots | `drawings` |
+//! | numbers as text; pass or fail as symbol and word | `number`; `mark`, `mark.html` |
 //! | `reports/verify.md` and `reports/verify.json` | `summary` |
 
 mod drawings;
@@ -35,10 +35,10 @@ use crate::{
 };
 
 /// Writes the page under a root and returns its path: `reports/verify/index.html`, or `reports/verify/part.html` if only
-/// some rows were asked for. With `summary` also `reports/verify.md` and `reports/verify.json`.
+/// some rows were selected. With `summary`, also writes `reports/verify.md` and `reports/verify.json`.
 ///
 /// # Errors
-/// If they cannot be written.
+/// If a file cannot be written.
 pub fn write(root: &Path, evidence: &Evidence, summary: bool) -> Result<PathBuf, FileError> {
     let folder = root.join("reports/verify");
     std::fs::create_dir_all(&folder).map_err(|error| FileError::new(&folder, error))?;
@@ -61,7 +61,7 @@ fn command(evidence: &Evidence) -> String {
     command + evidence.effort.option()
 }
 
-/// A name as the anchor of a link: letters and digits, all else a hyphen.
+/// A name as the anchor of a link: ASCII letters and digits; every other character becomes a hyphen.
 fn anchor(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect()
 }
@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn writes_the_page_and_the_summaries_when_asked() {
+    fn writes_the_page_and_on_request_the_summaries() {
         let folder = tempfile::tempdir().unwrap();
         let exists = |name: &str| folder.path().join("reports").join(name).exists();
         let page = write(folder.path(), &sample::failing(), false).unwrap();
@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn anchors_need_no_escape() {
+    fn anchors_need_no_escaping() {
         assert_eq!(anchor("calibration/a-a 0°"), "calibration-a-a-0-");
     }
 }

@@ -1,11 +1,11 @@
-//! Numbers as text: as many digits as matter, powers of ten as such.
+//! Numbers as text, with significant digits and powers of ten.
 
 use crate::plot::power_of_ten;
 
-/// A narrow space that does not break.
+/// A narrow no-break space.
 const THIN: char = '\u{202f}';
 
-/// A number to some significant digits, without trailing zeros; below 0.001 and from a million on as a power of
+/// A number to `digits` significant digits, without trailing zeros. Numbers below 0.001 and from a million up have a power of
 /// ten.
 pub(crate) fn significant(x: f64, digits: usize) -> String {
     if !x.is_finite() || x == 0.0 {
@@ -26,7 +26,7 @@ pub(crate) fn significant(x: f64, digits: usize) -> String {
     }
 }
 
-/// A number with one digit more than a bound on its error has, so that a violation shows.
+/// A number with one digit more than the bound on its error, so that a violation of the bound is visible.
 pub(super) fn to_bound(x: f64, bound: f64) -> String {
     let plain = x == 0.0 || (1e-3..1e6).contains(&x.abs());
     if !plain || !x.is_finite() {
@@ -36,23 +36,23 @@ pub(super) fn to_bound(x: f64, bound: f64) -> String {
     trimmed(&format!("{x:.*}", decimals as usize))
 }
 
-/// A chance, to three digits.
+/// A probability, to three digits.
 pub(crate) fn probability(p: f64) -> String {
     significant(p, 3)
 }
 
-/// A ratio as per cent, to three digits.
+/// A ratio in per cent, to three digits.
 pub(super) fn percent(x: f64) -> String {
     format!("{}{THIN}%", significant(100.0 * x, 3))
 }
 
-/// A ratio as per cent with its sign.
+/// A ratio in per cent, to three digits, with its sign.
 pub(super) fn signed_percent(x: f64) -> String {
     let sign = if x > 0.0 { "+" } else { "" };
     format!("{sign}{}", percent(x))
 }
 
-/// Seconds, as minutes where they are many.
+/// A duration in seconds, or from 120 s in minutes and seconds.
 pub(crate) fn duration(seconds: f64) -> String {
     if seconds < 120.0 {
         return format!("{}{THIN}s", significant(seconds, 2));
@@ -69,7 +69,7 @@ fn special(x: f64) -> String {
     }
 }
 
-/// Without trailing zeros, with a true minus.
+/// Removes trailing zeros, and replaces a hyphen by a minus sign.
 fn trimmed(text: &str) -> String {
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text };
     match text {
@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn digits_that_matter() {
+    fn numbers_have_significant_digits() {
         let cases = [
             (0.040_000_000_000_001, 3, "0.04"),
             (0.000_999_9, 2, "0.001"),
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn a_violated_bound_shows() {
+    fn a_violated_bound_is_visible() {
         assert_eq!((to_bound(0.877_217, 1e-3), to_bound(0.876, 1e-3)), ("0.8772".into(), "0.876".into()));
         assert_eq!(to_bound(0.050_239_911_3, 1e-8), "0.050239911");
         assert_eq!((to_bound(1.0, 0.0), to_bound(-1e-14, 1e-9).as_str()), ("1".into(), "−10⁻¹⁴"));

@@ -1,4 +1,4 @@
-//! The page: everything the template needs, as text.
+//! The page: the variables of the template, as text.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -13,22 +13,22 @@ use crate::{
     validation::{Evidence, Row},
 };
 
-/// What is on the page.
+/// The content of the page.
 #[derive(Debug, Serialize)]
 struct Page {
     style: String,
     script: &'static str,
     version: String,
     effort: &'static str,
-    /// What the run could have detected.
+    /// The differences that the run could have detected.
     power: Vec<String>,
-    /// What an image is multiplied by to see that its verdict would notice.
+    /// The factor by which images are scaled to check that the verdict detects a known bias.
     scaled: f64,
     made: String,
     seconds: String,
     threads: usize,
     command: String,
-    /// Whether only some rows were asked for.
+    /// Whether only some rows were selected.
     partial: bool,
     total: usize,
     passed: bool,
@@ -40,7 +40,7 @@ struct Page {
     scenes: Vec<SceneView>,
 }
 
-/// A row that does not hold.
+/// A failing row.
 #[derive(Debug, Serialize)]
 struct Failure {
     anchor: String,
@@ -50,17 +50,17 @@ struct Failure {
     mark: Mark,
 }
 
-/// What the tests share.
+/// The significance level of the tests.
 #[derive(Debug, Serialize)]
 struct Level {
     tests: usize,
-    /// For how many tests the level is corrected.
+    /// The number of tests for which the level is corrected.
     most: usize,
     each: String,
     together: String,
 }
 
-/// What the verdicts on scenes were asked for.
+/// The configuration of the verdicts on scenes.
 #[derive(Debug, Serialize)]
 struct Config {
     alpha: String,
@@ -77,16 +77,16 @@ pub(super) fn render(evidence: &Evidence) -> String {
         ("scene.html", include_str!("scene.html")),
     ];
     let environment = environment(&parts);
-    let template = environment.get_template("index.html").expect("it was added");
-    template.render(Serde(Page::new(evidence))).expect("the template uses what the page has")
+    let template = environment.get_template("index.html").expect("the template was added");
+    template.render(Serde(Page::new(evidence))).expect("the page has every variable of the template")
 }
 
-/// The style sheet of every page, with that of the plots.
+/// The style sheet of all pages, including that of the plots.
 pub(crate) fn style() -> String {
     format!("{}{}", include_str!("style.css"), plot::STYLE)
 }
 
-/// Templates by their names, of which those that end in .html are escaped. `mark.html` is in every environment.
+/// A template environment with the given names and sources, and `mark.html`. Templates whose names end in .html are escaped.
 pub(crate) fn environment(parts: &[(&'static str, &'static str)]) -> Environment<'static> {
     let mut environment = Environment::new();
     let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();
@@ -98,7 +98,7 @@ pub(crate) fn environment(parts: &[(&'static str, &'static str)]) -> Environment
     environment
 }
 
-/// The date and time.
+/// The current date and time in UTC.
 pub(crate) fn now() -> String {
     utc(SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()))
 }
@@ -153,7 +153,7 @@ fn failures(rows: &[Row], scenes: &[SceneView]) -> Vec<Failure> {
     laws::failures(rows).into_iter().map(of_law).chain(scenes).collect()
 }
 
-/// The level of the tests, if there are any.
+/// The significance level of the tests; None if there are no tests.
 fn level(rows: &[Row]) -> Option<Level> {
     let is_test = |row: &&Row| matches!(row.finding.measured, Measured::Test { .. });
     let each = rows.iter().find(is_test)?.level;
@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_loaded_from_elsewhere() {
+    fn the_page_loads_no_other_files() {
         let page = render(&sample::failing());
         for loading in ["<script src", "<link", "@import", "url(", "fetch(", "<iframe"] {
             assert!(!page.contains(loading), "{loading}");
@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn links_within_the_page_lead_somewhere() {
+    fn links_within_the_page_have_targets() {
         let page = render(&sample::failing());
         for (at, _) in page.match_indices("href=\"#") {
             let anchor = page[at + 7..].split('"').next().unwrap();
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn what_fails_comes_first() {
+    fn failures_come_first() {
         let page = render(&sample::failing());
         let body = &page[page.find("<body>").unwrap()..];
         let first = |text: &str| body.find(text).unwrap_or_else(|| panic!("{text} is missing"));

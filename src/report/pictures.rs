@@ -10,17 +10,17 @@ use crate::{
     validation::{Images, SceneEvidence},
 };
 
-/// The pictures of a scene, each the value of a `src`.
+/// The pictures of a scene, each as the value of a `src` attribute.
 #[derive(Debug, Serialize)]
 pub(super) struct Pictures {
     width: usize,
     height: usize,
-    /// Both sides at the exposure of the reference.
+    /// Both images have the exposure of the reference.
     ours: String,
     reference: String,
     exposure: String,
     difference: String,
-    /// The difference, relative to the mean of the reference, that has full colour.
+    /// The difference, relative to the mean of the reference, that is drawn in full colour.
     range: String,
     p_values: Option<String>,
     /// The colours of the two legends.
@@ -29,7 +29,7 @@ pub(super) struct Pictures {
 }
 
 impl Pictures {
-    /// `None` without pixels: evidence that was read from a file has none.
+    /// Draws the pictures. None without pixels: evidence read from a file has none.
     pub(super) fn new(scene: &SceneEvidence) -> Option<Self> {
         let Images { width, ours, reference } = &scene.images;
         let width = *width;
@@ -60,8 +60,8 @@ fn narrow(pixels: &[[f64; 3]]) -> Vec<[f32; 3]> {
     pixels.iter().map(|p| p.map(|x| x as f32)).collect()
 }
 
-/// The range that all but a hundredth of the differences of luminance keep, relative to the mean of the reference:
-/// the next of 1, 2, 5, 10, ... per cent.
+/// The range of the difference picture: the 99th percentile of the absolute differences in luminance, relative to the mean of
+/// the reference, rounded up to 1, 2, 5, 10, ... per cent.
 fn range_of(ours: &[[f64; 3]], reference: &[[f64; 3]]) -> f64 {
     let mean = reference.iter().map(|p| luminance(*p)).sum::<f64>() / reference.len() as f64;
     let difference = |(a, b): (&[f64; 3], &[f64; 3])| (luminance(*a) - luminance(*b)).abs();
@@ -72,7 +72,7 @@ fn range_of(ours: &[[f64; 3]], reference: &[[f64; 3]]) -> f64 {
     steps.into_iter().find(|&step| most <= step).unwrap_or(1e4)
 }
 
-/// The colours from 0 to 1, left to right.
+/// The colours of a map from 0 to 1, left to right, as a picture.
 fn ramp(colour: impl Fn(f64) -> [u8; 3]) -> String {
     const STEPS: u32 = 121;
     data_uri(&RgbImage::from_fn(STEPS, 1, |x, _| colour(f64::from(x) / f64::from(STEPS - 1))))
@@ -82,7 +82,7 @@ fn data_uri(picture: &RgbImage) -> String {
     format!("data:image/png;base64,{}", base64(&png_bytes(picture)))
 }
 
-/// RFC 4648, section 4.
+/// Encodes bytes in base64: RFC 4648, section 4.
 fn base64(bytes: &[u8]) -> String {
     const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);

@@ -1,4 +1,4 @@
-//! Small made-up evidence.
+//! Artificial evidence for tests.
 
 use crate::{
     comparison::{Comparison, Metrics},
@@ -20,7 +20,7 @@ fn row(name: &str, finding: Finding, passed: bool) -> Row {
     }
 }
 
-/// A row of equivalence.
+/// A row of an equivalence test.
 pub(super) fn equivalent(name: &str, limit: f64, bound: f64) -> Row {
     let finding = Finding { measured: Measured::Equivalence { limit, bound }, ..Finding::error("a mean", 0.0, 0.0) };
     row(name, finding, limit <= bound)
@@ -34,7 +34,7 @@ pub(super) fn many(tests: &[(f64, bool)]) -> Vec<Row> {
     tests.iter().enumerate().map(test).collect()
 }
 
-/// A scene of 8 × 16 pixels, two tiles; ours differs by a number of standard errors.
+/// A scene of 8 × 16 pixels, two tiles; our image differs by `off` standard errors.
 fn scene(name: &str, off: f64, outcome: Outcome) -> SceneEvidence {
     let estimate = |mean| Estimate { mean, variance_of_mean: 1e-8, dof: 31.0 };
     let side = |mean| TiledMeans {
@@ -53,7 +53,7 @@ fn scene(name: &str, off: f64, outcome: Outcome) -> SceneEvidence {
     let verdict = Verdict::compare(&side(ours), &side(1.0), exact, &VerdictConfig::default()).unwrap();
     assert_eq!(verdict.outcome, outcome);
     let images = Images { width: 8, ours: vec![[ours; 3]; 128], reference: vec![[1.0; 3]; 128] };
-    // Numbers that JSON keeps to the last bit even without serde_json's feature `float_roundtrip`.
+    // JSON keeps these numbers to the last bit even without serde_json's feature `float_roundtrip`.
     let metrics = Metrics { bias: 0.5, rmse: 0.25, relative_mse: 0.125, mean: 1.0, reference_mean: 1.0 };
     let comparison =
         Comparison { verdict: Some(verdict), without_variances: vec![], identical: false, metrics, spp: Some(512) };
@@ -88,7 +88,7 @@ fn evidence(rows: Vec<Row>, scenes: Vec<SceneEvidence>) -> Evidence {
     }
 }
 
-/// Everything holds.
+/// Evidence in which every row holds.
 pub(super) fn passing() -> Evidence {
     let rows = vec![
         row("fresnel/table", Finding::value("0°", 0.04, 0.04, 1e-8), true),
@@ -97,7 +97,7 @@ pub(super) fn passing() -> Evidence {
     evidence(rows, vec![scene("agrees", 0.5, Outcome::Agrees)])
 }
 
-/// A test and a scene fail, and a subject holds what must be escaped.
+/// Evidence in which a test and a scene fail. One subject contains characters that must be escaped.
 pub(super) fn failing() -> Evidence {
     let rows = vec![
         row("fresnel/table", Finding::value("0° | <b>bold</b> & 'quoted'", 0.04, 0.04, 1e-8), true),

@@ -1,4 +1,4 @@
-//! The scenes: pictures and the numbers of the verdict.
+//! The sections of the scenes: pictures and the statistics of the verdict.
 
 use serde::Serialize;
 
@@ -24,7 +24,7 @@ pub(super) struct SceneView {
     pub(super) title: String,
     pub(super) name: String,
     pub(super) conclusion: String,
-    /// What speaks against it; empty if nothing does.
+    /// Why the scene fails; empty if no statistic rejects.
     pub(super) reasons: String,
     pub(super) mark: Mark,
     pub(super) passed: bool,
@@ -35,7 +35,7 @@ pub(super) struct SceneView {
     reproduce: Vec<String>,
 }
 
-/// A number of each channel.
+/// A labelled number for each channel.
 #[derive(Debug, Serialize)]
 struct ChannelsView {
     label: &'static str,
@@ -83,11 +83,11 @@ fn channels(scene: &SceneEvidence, verdict: &Verdict) -> Vec<ChannelsView> {
         ChannelsView { label: "Reference", channels: means(&scene.images.reference) },
         ChannelsView { label: "Difference", channels: difference },
         ChannelsView { label: "p", channels: global.channels.map(|welch| number::probability(welch.p)) },
-        ChannelsView { label: "Would have seen", channels: detectable },
+        ChannelsView { label: "Detectable bias", channels: detectable },
     ]
 }
 
-/// What speaks against a scene.
+/// The statistics that reject, and a missed known bias.
 fn reasons(scene: &SceneEvidence) -> String {
     let mut reasons = Vec::new();
     if let Some(verdict) = &scene.comparison.verdict {
@@ -104,12 +104,12 @@ fn reasons(scene: &SceneEvidence) -> String {
         }
     }
     if scene.scaled != Outcome::Differs {
-        reasons.push(format!("the same image times {} is not told apart", scene.scale));
+        reasons.push(format!("the same image times {} is not detected as different", scene.scale));
     }
     reasons.join(", ")
 }
 
-/// The numbers behind the verdict.
+/// The statistics of the verdict.
 fn statistics(verdict: &Verdict) -> Vec<Number> {
     let at = |p: f64, level: f64| {
         format!("p = {}, rejects at {} or less", number::probability(p), number::significant(level, 2))
@@ -122,32 +122,32 @@ fn statistics(verdict: &Verdict) -> Vec<Number> {
     });
     let detectable = match verdict.global.worst_detectable_bias {
         Some(bias) => format!(
-            "a bias of {} in any lit channel's mean, {} of the time; wanted: {}",
+            "a bias of {} in any lit channel's mean, with probability {}; target: {}",
             number::percent(bias),
             number::percent(config.power),
             number::percent(config.target_bias)
         ),
-        None => "nothing: no noisy pixel of the reference is lit".into(),
+        None => "none: no noisy pixel of the reference is lit".into(),
     };
     vec![
         Number { label: "All statistics", text: at(verdict.p, config.alpha) },
         Number { label: "Global means", text: at(verdict.global.p, verdict.global.level) },
-        Number { label: "Worst tile", text: format!("{}{}", at(peak.p, peak.level), place(peak, verdict.columns)) },
+        Number {
+            label: "Worst tile",
+            text: format!("{}{}", at(peak.p, peak.level), worst_tile(peak, verdict.columns)),
+        },
         Number {
             label: "Scatter of tiles",
             text: format!("χ² = {sum} of {} dof; {}", chi2.dof, at(chi2.p, verdict.scatter.level)),
         },
-        Number {
-            label: "Singled out",
-            text: format!("{} of {} tiles", verdict.localised.len(), verdict.tiles_compared),
-        },
+        Number { label: "Localised", text: format!("{} of {} tiles", verdict.localised.len(), verdict.tiles_compared) },
         Number { label: "Exact values", text: exact },
-        Number { label: "Would have seen", text: detectable },
+        Number { label: "Detectable bias", text: detectable },
     ]
 }
 
-/// Where the worst tile is, in tiles and in pixels.
-fn place(peak: &PeakTest, columns: usize) -> String {
+/// The position of the worst tile, in tiles and in pixels.
+fn worst_tile(peak: &PeakTest, columns: usize) -> String {
     let Some((tile, channel)) = peak.tile_and_channel else {
         return "; no tile has noise".into();
     };
@@ -166,8 +166,8 @@ fn circumstances(scene: &SceneEvidence) -> Vec<Number> {
     let metrics = &scene.comparison.metrics;
     let scaled = match scene.scaled {
         Outcome::Differs => "✓ differs, as it must",
-        Outcome::Agrees => "✗ agrees: the verdict is blind to it",
-        Outcome::Undecided { .. } => "✗ undecided: the verdict is blind to it",
+        Outcome::Agrees => "✗ agrees: the verdict misses this bias",
+        Outcome::Undecided { .. } => "✗ undecided: the verdict misses this bias",
     };
     let errors = format!(
         "{}; relative MSE {}; bias {}",
@@ -177,7 +177,7 @@ fn circumstances(scene: &SceneEvidence) -> Vec<Number> {
     );
     let ours = scene.comparison.spp.map_or("unknown".into(), |spp| format!("{spp} spp"));
     vec![
-        Number { label: "Ours falsified", text: format!("times {}: {scaled}", scene.scale) },
+        Number { label: "Ours, scaled", text: format!("times {}: {scaled}", scene.scale) },
         Number { label: "Samples of ours", text: format!("{ours}, {}", number::duration(scene.seconds)) },
         Number { label: "Reference by", text: scene.reference_by.clone() },
         Number { label: "RMSE", text: errors },

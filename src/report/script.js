@@ -1,9 +1,9 @@
 "use strict";
-// The page is complete without this: it adds the flip, buttons that copy commands, and unfolding for print and links.
+// The page works without this script. It adds the flip, buttons that copy commands, and unfolding for print and links.
 
 for (const figure of document.querySelectorAll("figure.flip")) {
   const button = figure.querySelector(".view"), auto = figure.querySelector(".auto"), label = figure.querySelector("b");
-  // The pictures that stand beside it, so that the file holds each once.
+  // Reuses the pictures beside the flip, so that the file contains each picture once.
   const [ours, reference] = ["ours", "reference"].map((side) => {
     const copy = document.getElementById(figure.dataset.scene + "-" + side).cloneNode();
     copy.removeAttribute("id");
@@ -28,7 +28,7 @@ for (const figure of document.querySelectorAll("figure.flip")) {
     show(!shown);
   });
   for (const end of ["pointerup", "pointerleave", "pointercancel"]) button.addEventListener(end, release);
-  // Keys make clicks without a pointer.
+  // Keys cause clicks without a pointer.
   button.addEventListener("click", (event) => { if (event.detail === 0) show(!shown); });
   button.addEventListener("contextmenu", (event) => { if (held) event.preventDefault(); });
   auto.addEventListener("click", () => {
@@ -53,7 +53,7 @@ for (const line of document.querySelectorAll(".command")) {
       await navigator.clipboard.writeText(line.querySelector("code").textContent);
       said("Copied");
     } catch {
-      // A browser may keep the clipboard to itself: select the text instead.
+      // A browser may deny access to the clipboard: select the text instead.
       getSelection().selectAllChildren(line.querySelector("code"));
       said("Selected");
     }

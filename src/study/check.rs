@@ -1,4 +1,4 @@
-//! How a study's file is read, and what it says that serde cannot know to be wrong.
+//! Reads the file of a study and validates what serde cannot check.
 
 use std::{collections::BTreeSet, fs, path::Path};
 
@@ -11,16 +11,16 @@ use super::{
 };
 use crate::film::exr::FileError;
 
-/// The fewest runs of a cell from which its scatter is known at all well.
+/// The minimum number of runs of a cell for an estimate of its scatter.
 const MIN_SEEDS: u32 = 3;
-/// Seeds of a cell have ten bits.
+/// The maximum number of seeds of a cell: they have ten bits.
 const MAX_SEEDS: u32 = 1024;
 
 impl Study {
     /// Reads the file of a study.
     ///
     /// # Errors
-    /// If it cannot be read, or says what a study cannot mean.
+    /// If the file cannot be read, or a value in it is invalid.
     pub fn read(file: &Path) -> Result<Self, StudyError> {
         let text = fs::read_to_string(file).map_err(|error| FileError::new(file, error))?;
         Self::parse(file, text)
@@ -70,29 +70,32 @@ fn check(study: &Study) -> Result<(), StudyError> {
     spec.scenes.as_ref().iter().try_for_each(|scene| check_scene(study, scene))?;
     spec.methods.as_ref().iter().try_for_each(|method| check_method(study, method))?;
     spec.fits.iter().try_for_each(|fit| check_fit(study, fit))?;
-    spec.comparisons.iter().try_for_each(|comparison| check_contest(study, comparison))
+    spec.comparisons.iter().try_for_each(|comparison| check_comparison(study, comparison))
 }
 
 fn not_empty<T>(study: &Study, list: &Spanned<Vec<T>>, what: &str) -> Result<(), StudyError> {
     if list.as_ref().is_empty() {
-        Err(study.fault(list.span().start, format!("needs a {what} at least")))
+        Err(study.fault(list.span().start, format!("needs at least one {what}")))
     } else {
         Ok(())
     }
 }
 
 fn unique(study: &Study, names: impl Iterator<Item = (String, usize)>, what: &str) -> Result<(), StudyError> {
-    let mut seen = BTreeSet::new();
+    let mut ids = BTreeSet::new();
     for (name, at) in names {
         let id = super::plan::identifier(&name);
         if id == super::plan::REFERENCE {
-            return Err(study.fault(at, "\"reference\" is the name of the runs that make one; choose another"));
+            return Err(study
+                .fault(at, "\"reference\" is the reserved name of runs that render a reference; choose another name"));
         }
         if id.is_empty() {
-            return Err(study.fault(at, format!("the {what} has no name of letters or digits")));
+            return Err(study.fault(at, format!("the {what} has a name without letters or digits")));
         }
-        if !seen.insert(id) {
-            return Err(study.fault(at, format!("another {what} is called \"{name}\" too; give them different names")));
+        if !ids.insert(id) {
+            return Err(
+                study.fault(at, format!("another {what} is called \"{name}\" too; give each {what} a different name"))
+            );
         }
     }
     Ok(())
@@ -101,7 +104,7 @@ fn unique(study: &Study, names: impl Iterator<Item = (String, usize)>, what: &st
 fn check_scene(study: &Study, scene: &SceneSpec) -> Result<(), StudyError> {
     let file = study.path(scene.file.as_ref());
     if !file.is_file() {
-        let what = format!("there is no scene {}; paths start from the study's folder", file.display());
+        let what = format!("there is no scene {}; paths are relative to the study's folder", file.display());
         return Err(study.fault(scene.file.span().start, what));
     }
     let at = scene.reference.span().start;
@@ -113,10 +116,10 @@ fn check_scene(study: &Study, scene: &SceneSpec) -> Result<(), StudyError> {
             Err(study.fault(at, format!("there is no image {}", study.path(image).display())))
         }
         ReferenceSpec::Value(value) if !value.iter().all(|x| x.is_finite()) => {
-            Err(study.fault(at, "the value of the reference is not finite; write three numbers"))
+            Err(study.fault(at, "the value of the reference is not finite; write three finite numbers"))
         }
         ReferenceSpec::Render(render) if render.spp == 0 || render.seeds == 0 => {
-            Err(study.fault(at, "the reference takes no samples; write spp and seeds of 1 or more"))
+            Err(study.fault(at, "the reference has no samples; write spp and seeds of 1 or more"))
         }
         _ => scene.mask.as_ref().map_or(Ok(()), |mask| check_mask(study, mask)),
     }
@@ -127,7 +130,7 @@ fn check_mask(study: &Study, mask: &Spanned<MaskSpec>) -> Result<(), StudyError>
     let empty = [x, y].into_iter().flatten().any(|[from, to]| from >= to);
     let infinite = [above, below].into_iter().flatten().any(|limit| !limit.is_finite());
     if empty || infinite || (x.is_none() && y.is_none() && above.is_none() && below.is_none()) {
-        let what = "the mask is none; write x = [first, beyond last], y = [...], above = or below = a luminance";
+        let what = "the mask is empty or not finite; write x = [first, last + 1], y = [first, last + 1], above = or below = a luminance";
         return Err(study.fault(mask.span().start, what));
     }
     Ok(())
@@ -137,7 +140,9 @@ fn check_method(study: &Study, method: &MethodSpec) -> Result<(), StudyError> {
     glob(study, &method.scenes)?;
     let here = method.name.span().start;
     if method.renderer == RendererName::Mitsuba && method.integrator.is_none() {
-        return Err(study.fault(here, "a method of Mitsuba names its integrator; write integrator = \"path\""));
+        return Err(
+            study.fault(here, "a method of Mitsuba needs an integrator; write, for example, integrator = \"path\"")
+        );
     }
     if let Some(spp) = &method.spp
         && *spp.as_ref() == 0
@@ -146,7 +151,7 @@ fn check_method(study: &Study, method: &MethodSpec) -> Result<(), StudyError> {
     }
     match &method.vary {
         None if method.spp.is_none() => {
-            return Err(study.fault(here, "nothing says how much is rendered; write vary or spp"));
+            return Err(study.fault(here, "the number of samples is missing; write vary or spp"));
         }
         Some(vary) => {
             let (at, values) = (vary.values.span().start, vary.values.as_ref());
@@ -155,21 +160,20 @@ fn check_method(study: &Study, method: &MethodSpec) -> Result<(), StudyError> {
                 |x: &f64| *x > 0.0 && x.is_finite() && (!counts || (x.fract() == 0.0 && *x <= f64::from(u32::MAX)));
             if values.is_empty() || !values.iter().all(sound) {
                 let what = if counts { "whole numbers from 1" } else { "finite numbers above 0" };
-                return Err(study.fault(at, format!("what is varied takes {what}")));
+                return Err(study.fault(at, format!("the values of vary must be {what}")));
             }
             if values.windows(2).any(|pair| pair[0] >= pair[1]) {
-                return Err(study.fault(at, "what is varied rises from value to value"));
+                return Err(study.fault(at, "the values of vary must be in rising order"));
             }
             if counts && method.spp.is_some() {
-                return Err(study.fault(here, "spp is varied and fixed; leave spp out"));
+                return Err(study.fault(here, "spp is both varied and fixed; leave spp out"));
             }
             if !counts && method.spp.is_none() {
-                return Err(study.fault(here, "spp is not varied; write how many samples a pixel gets"));
+                return Err(study.fault(here, "spp is not varied; write spp, the number of samples per pixel"));
             }
             if method.params.contains_key(vary.name.as_ref()) {
-                return Err(
-                    study.fault(here, format!("{} is varied and fixed; leave it out of params", vary.name.as_ref()))
-                );
+                return Err(study
+                    .fault(here, format!("{} is both varied and fixed; leave it out of params", vary.name.as_ref())));
             }
         }
         None => (),
@@ -177,12 +181,15 @@ fn check_method(study: &Study, method: &MethodSpec) -> Result<(), StudyError> {
     for (name, scale) in &method.scale {
         let s = scale.as_ref();
         if !(s.at > 0.0 && s.at.is_finite() && s.value > 0.0 && s.value.is_finite() && s.power.is_finite()) {
-            let what =
-                format!("{name} is scaled by numbers that are not finite and above 0; only power may be negative");
+            let what = format!(
+                "the scale of {name} needs finite numbers, with at and value above 0; only power may be negative"
+            );
             return Err(study.fault(scale.span().start, what));
         }
         if method.params.contains_key(name) {
-            return Err(study.fault(scale.span().start, format!("{name} is scaled and fixed; leave it out of params")));
+            return Err(
+                study.fault(scale.span().start, format!("{name} is both scaled and fixed; leave it out of params"))
+            );
         }
     }
     Ok(())
@@ -190,26 +197,28 @@ fn check_method(study: &Study, method: &MethodSpec) -> Result<(), StudyError> {
 
 fn check_fit(study: &Study, fit: &Spanned<FitSpec>) -> Result<(), StudyError> {
     let (at, fit) = (fit.span().start, fit.as_ref());
-    names(study, &fit.methods, study.spec.methods.as_ref().iter().map(|m| m.name.as_ref().clone()), "method")?;
-    names(study, &fit.scenes, study.spec.scenes.as_ref().iter().map(SceneSpec::name), "scene")?;
+    check_pattern(study, &fit.methods, study.spec.methods.as_ref().iter().map(|m| m.name.as_ref().clone()), "method")?;
+    check_pattern(study, &fit.scenes, study.spec.scenes.as_ref().iter().map(SceneSpec::name), "scene")?;
     let predictions = [fit.slope.is_some(), fit.slope_within.is_some(), fit.finite_n.is_some(), fit.zero];
     if predictions.into_iter().filter(|given| *given).count() > 1 {
-        return Err(study.fault(at, "a fit has one prediction: slope, slope_within, finite_n or zero"));
+        return Err(
+            study.fault(at, "a fit has at most one prediction; write one of slope, slope_within, finite_n and zero")
+        );
     }
     if fit.y == Quantity::Bias && !fit.zero && fit.finite_n.is_none() {
-        return Err(study.fault(at, "bias has a sign and no logarithm; fit bias_rms, or write zero = true"));
+        return Err(study.fault(at, "bias may be negative and has no logarithm; fit bias_rms, or write zero = true"));
     }
     if fit.zero && !matches!(fit.y, Quantity::Bias | Quantity::BiasSquared) {
-        return Err(study.fault(at, "only bias and bias_squared can be found to be 0"));
+        return Err(study.fault(at, "zero = true applies to bias and bias_squared only"));
     }
     let numbers = [fit.slope, fit.half_width].into_iter().flatten();
     let numbers =
         numbers.chain(fit.slope_within.into_iter().chain(fit.range).flatten()).chain(fit.amplitudes.iter().copied());
     if numbers.into_iter().any(|x| !x.is_finite()) {
-        return Err(study.fault(at, "a prediction is not finite; write a number"));
+        return Err(study.fault(at, "a prediction is not finite; write a finite number"));
     }
     if fit.slope_within.into_iter().chain(fit.range).any(|[low, high]| low >= high) {
-        return Err(study.fault(at, "a range goes from less to more"));
+        return Err(study.fault(at, "the first value of a range must be less than the second"));
     }
     let curves = fit.finite_n.as_deref().unwrap_or_default();
     if let Some(what) = curves.iter().find_map(super::theory::Curve::fault) {
@@ -224,9 +233,9 @@ fn check_fit(study: &Study, fit: &Spanned<FitSpec>) -> Result<(), StudyError> {
     Ok(())
 }
 
-fn check_contest(study: &Study, comparison: &Spanned<ComparisonSpec>) -> Result<(), StudyError> {
+fn check_comparison(study: &Study, comparison: &Spanned<ComparisonSpec>) -> Result<(), StudyError> {
     let (at, comparison) = (comparison.span().start, comparison.as_ref());
-    names(study, &comparison.scenes, study.spec.scenes.as_ref().iter().map(SceneSpec::name), "scene")?;
+    check_pattern(study, &comparison.scenes, study.spec.scenes.as_ref().iter().map(SceneSpec::name), "scene")?;
     for name in comparison.methods.as_ref().iter().chain(&comparison.expected_lower) {
         if !study.spec.methods.as_ref().iter().any(|method| method.name.as_ref() == name) {
             return Err(study.fault(at, format!("no method is called \"{name}\"")));
@@ -235,13 +244,13 @@ fn check_contest(study: &Study, comparison: &Spanned<ComparisonSpec>) -> Result<
     if let Some(lower) = &comparison.expected_lower
         && !comparison.methods.as_ref().contains(lower)
     {
-        return Err(study.fault(at, format!("lower = \"{lower}\" is none of the two methods")));
+        return Err(study.fault(at, format!("lower = \"{lower}\" is not one of the two methods")));
     }
     if comparison.y == Quantity::Bias {
-        return Err(study.fault(at, "bias has a sign and no logarithm; compare bias_rms"));
+        return Err(study.fault(at, "bias may be negative and has no logarithm; compare bias_rms"));
     }
     if comparison.at.is_some_and(|x| !(x > 0.0 && x.is_finite())) {
-        return Err(study.fault(at, "at is not a finite number above 0"));
+        return Err(study.fault(at, "at must be a finite number above 0"));
     }
     Ok(())
 }
@@ -252,8 +261,8 @@ fn glob(study: &Study, pattern: &Spanned<String>) -> Result<Pattern, StudyError>
     Pattern::new(pattern.as_ref()).map_err(fault)
 }
 
-/// A pattern must match something: a misspelt name would silence its fit.
-fn names(
+/// Checks that a pattern matches at least one name. Otherwise a misspelt name would disable its fit silently.
+fn check_pattern(
     study: &Study,
     pattern: &Spanned<String>,
     mut known: impl Iterator<Item = String> + Clone,
@@ -272,7 +281,7 @@ fn names(
 mod tests {
     use super::*;
 
-    /// A study that is right, over a file that exists.
+    /// A valid study of a scene that exists.
     fn study() -> String {
         let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/scenes/diffuse-room.xml");
         format!(
@@ -283,13 +292,13 @@ mod tests {
     }
 
     fn error(text: String) -> String {
-        let found = Study::parse(Path::new("s.toml"), text).expect_err("it is wrong").to_string();
+        let found = Study::parse(Path::new("s.toml"), text).expect_err("the study is invalid").to_string();
         assert!(!found.contains('\n'), "{found}");
         found
     }
 
     #[test]
-    fn what_is_right_is_read() {
+    fn valid_studies_are_read() {
         let study = Study::parse(Path::new("a/s.toml"), study()).unwrap();
         assert_eq!((study.name.as_str(), study.title()), ("s", "t"));
     }
@@ -307,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_refused_with_its_place() {
+    fn invalid_studies_are_rejected_with_line_and_column() {
         let cases = [
             ("seeds = 8", "seeds = 0", "s.toml:3:9: seeds is 0; write 1 to 1024"),
             ("seeds = 8", "seeds = 2", "s.toml:3:9: seeds is 2, but [[fit]]"),
@@ -322,19 +331,19 @@ mod tests {
                 "unknown variant `ground_truth`, expected one of `folder`, `image`",
             ),
             ("diffuse-room", "no-room", "there is no scene"),
-            ("[1, 4, 16]", "[1, 4, inf]", "s.toml:9:32: what is varied takes whole numbers from 1"),
-            ("[1, 4, 16]", "[1, 16, 4]", "what is varied rises"),
-            ("[1, 4, 16]", "[]", "what is varied takes"),
-            ("\"spp\"", "\"lookup_size\"", "spp is not varied; write how many samples"),
+            ("[1, 4, 16]", "[1, 4, inf]", "s.toml:9:32: the values of vary must be whole numbers from 1"),
+            ("[1, 4, 16]", "[1, 16, 4]", "the values of vary must be in rising order"),
+            ("[1, 4, 16]", "[]", "the values of vary must be"),
+            ("\"spp\"", "\"lookup_size\"", "spp is not varied; write spp"),
             ("slope = -0.5", "slope = nan", "not finite"),
-            ("slope = -0.5", "slope = -0.5\nzero = true", "one prediction"),
+            ("slope = -0.5", "slope = -0.5\nzero = true", "at most one prediction"),
             ("slope = -0.5", "methods = \"pth\"", "no method matches \"pth\"; there are: path"),
             ("slope = -0.5", "methods = \"[\"", "is not a pattern"),
             ("slope = -0.5", "finite_n = [{progressive_bias = {alpha = 1.5}}]", "alpha is 1.5"),
             ("slope = -0.5", "finite_n = []", "one curve or two"),
             ("y = \"rmse\"", "y = \"error\"", "unknown variant `error`"),
-            ("y = \"rmse\"", "y = \"bias\"", "bias has a sign"),
-            ("name = \"path\"", "name = \"!\"", "no name of letters"),
+            ("y = \"rmse\"", "y = \"bias\"", "bias may be negative"),
+            ("name = \"path\"", "name = \"!\"", "a name without letters"),
         ];
         for (right, wrong, expected) in cases {
             let text = study();

@@ -1,4 +1,4 @@
-//! Two methods against each other: where they meet, and which is ahead.
+//! Comparisons of two methods: where their lines cross, and which method has the lower error.
 
 use glob::Pattern;
 use serde::Serialize;
@@ -11,7 +11,7 @@ use super::{
 };
 use crate::stats::{LogInterval, Point, Slope, crossing};
 
-/// Two methods on one scene.
+/// The comparison of two methods on one scene.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct MethodComparison {
     pub(super) scene: String,
@@ -19,24 +19,24 @@ pub(super) struct MethodComparison {
     pub(super) y: Quantity,
     pub(super) masked: bool,
     pub(super) x: Axis,
-    /// Where their lines meet; None if they may be parallel.
+    /// The x at which the fitted lines cross; None if they may be parallel.
     pub(super) crossing: Option<LogInterval>,
-    /// Where they are compared.
+    /// The x at which the methods are compared.
     pub(super) at: Option<f64>,
-    /// The y of the first over that of the second there.
+    /// The y of the first method divided by the y of the second, at `at`.
     pub(super) ratio: Option<LogInterval>,
-    /// Whether that lies beyond what either method was measured at.
+    /// Whether `at` lies outside the range of x that both methods cover.
     pub(super) is_extrapolated: bool,
-    /// Whether neither line is refused by its residuals.
+    /// Whether the residuals of both lines are consistent with straight lines.
     pub(super) is_straight: bool,
-    /// Which is predicted to be lower.
+    /// The method predicted to have the lower y.
     #[serde(rename = "lower")]
     pub(super) expected_lower: Option<String>,
     pub(super) holds: Option<bool>,
     pub(super) why: String,
 }
 
-/// Lines whose residuals have a lower p than this are called curved.
+/// The level of the residuals' chi-square test below which a line is reported as curved.
 const CURVED: f64 = 0.01;
 
 /// All comparisons of a study.
@@ -57,7 +57,7 @@ fn comparison(spec: &ComparisonSpec, scene: &str, cells: &[CellFound]) -> Method
     let both = spec.methods.as_ref().each_ref().map(points);
     let lines = both.each_ref().map(|points| Slope::weighted(points));
     let pair = lines[0].zip(lines[1]);
-    let shared = shared(&both);
+    let shared = shared_range(&both);
     let at = spec.at.or(shared.map(|[low, high]| (low * high).sqrt()));
     let ratio = pair.zip(at).map(|((a, b), at)| crossing::ratio(&a, &b, at));
     let outside = |[low, high]: [f64; 2], at: f64| !(low..=high).contains(&at);
@@ -81,8 +81,8 @@ fn comparison(spec: &ComparisonSpec, scene: &str, cells: &[CellFound]) -> Method
     comparison
 }
 
-/// The x that both methods cover.
-fn shared(both: &[Vec<Point>; 2]) -> Option<[f64; 2]> {
+/// The range of x that both methods cover.
+fn shared_range(both: &[Vec<Point>; 2]) -> Option<[f64; 2]> {
     let ends = |points: &Vec<Point>| {
         let x = points.iter().map(|p| p.x);
         Some((x.clone().reduce(f64::min)?, x.reduce(f64::max)?))
@@ -97,20 +97,21 @@ impl MethodComparison {
         let Some(lower) = &self.expected_lower else { return };
         let Some(ratio) = self.ratio else {
             self.holds = Some(false);
-            "there are too few points for two lines, or no x that both cover".clone_into(&mut self.why);
+            "there are too few points to fit two lines, or the methods have no common range of x"
+                .clone_into(&mut self.why);
             return;
         };
         let first = *lower == self.methods[0];
-        let ahead = if first { ratio.high < 1.0 } else { ratio.low > 1.0 };
-        if !ahead {
-            "the interval of the ratio does not lie on that side of 1".clone_into(&mut self.why);
+        let is_lower = if first { ratio.high < 1.0 } else { ratio.low > 1.0 };
+        if !is_lower {
+            "the interval of the ratio does not lie on the predicted side of 1".clone_into(&mut self.why);
         } else if self.is_extrapolated {
-            "it would have to be extrapolated".clone_into(&mut self.why);
+            "the ratio would have to be extrapolated".clone_into(&mut self.why);
         }
         self.holds = Some(self.why.is_empty());
     }
 
-    /// What was found, in words.
+    /// The result in words.
     pub(super) fn words(&self) -> String {
         let unit = match self.x {
             Axis::X => "",
@@ -121,16 +122,16 @@ impl MethodComparison {
             parts.push(format!("ratio {:.3} (95 %: {:.3} to {:.3}) at {at:.4}{unit}", r.value, r.low, r.high));
         }
         parts.push(self.crossing.map_or_else(
-            || "no crossing to be seen".to_owned(),
-            |c| format!("they meet at {:.3e}{unit} (95 %: {:.1e} to {:.1e})", c.value, c.low, c.high),
+            || "no crossing found".to_owned(),
+            |c| format!("the lines cross at {:.3e}{unit} (95 %: {:.1e} to {:.1e})", c.value, c.low, c.high),
         ));
         if !self.is_straight {
-            parts.push("one of the lines is curved, or unknown".into());
+            parts.push("at least one line is curved or could not be fitted".into());
         }
         parts.join("; ")
     }
 
-    /// A line for the terminal.
+    /// The result as one line for the terminal.
     pub(super) fn line(&self) -> String {
         let mark = match self.holds {
             Some(true) => "holds",

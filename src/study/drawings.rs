@@ -1,4 +1,4 @@
-//! Which drawings a scene gets, and what is on them.
+//! The plots of a scene.
 
 use std::collections::BTreeSet;
 
@@ -14,14 +14,14 @@ use crate::plot::{self, Layer, Plot, Point, Shape, Style};
 /// A plot of a scene.
 #[derive(Debug)]
 pub(super) struct Drawing {
-    /// The name of its file.
+    /// The name of its SVG file.
     pub(super) file: String,
-    /// What it shows.
+    /// The caption.
     pub(super) words: String,
     pub(super) plot: Plot,
 }
 
-/// What is drawn of a scene: a quantity over an axis.
+/// The subject of a plot: a quantity of a scene over an axis.
 #[derive(Clone, Copy)]
 struct Subject<'s> {
     scene: &'s str,
@@ -31,7 +31,7 @@ struct Subject<'s> {
     x_name: &'s str,
 }
 
-/// The drawings of a scene: the RMSE and all that is fitted, over what is varied and over the time of all cores.
+/// The plots of a scene: the RMSE and every fitted quantity, over the varied parameter and over core-seconds.
 pub(super) fn of_scene(study: &Study, scene: &str, cells: &[&CellFound], fits: &[Fit]) -> Vec<Drawing> {
     let fitted = fits.iter().filter(|fit| fit.scene == scene && fit.y != Quantity::Bias).map(|fit| (fit.y, fit.masked));
     let wanted: BTreeSet<(Quantity, bool)> = fitted.chain([(Quantity::Rmse, false)]).collect();
@@ -98,12 +98,12 @@ impl Subject<'_> {
     }
 }
 
-/// Whether a fit predicts a curve.
+/// Whether the prediction of a fit can be drawn.
 fn predicts(fit: &Fit) -> bool {
     fit.predicted_slope.is_some() || matches!(fit.found, FitResult::Curves { .. })
 }
 
-/// The prediction of a fit over the range of its points.
+/// The prediction of a fit as a polyline over the range of its points.
 fn line(fit: &Fit, points: &[Point]) -> Vec<[f64; 2]> {
     const STEPS: u32 = 48;
     let held = |[low, high]: [f64; 2], point: &Point| [low.min(point.x), high.max(point.x)];

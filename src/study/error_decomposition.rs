@@ -1,8 +1,8 @@
-//! The images of a cell together: what differs from run to run, and what does not.
+//! The error of a cell, decomposed into variance between runs and bias.
 
 use crate::stats::Moments;
 
-/// A number with its standard error, which is not known if there are too few runs.
+/// A value with its standard error; None if there are too few runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Uncertain {
     pub(super) value: f64,
@@ -10,51 +10,55 @@ pub(super) struct Uncertain {
 }
 
 impl Uncertain {
-    /// The mean of numbers, one of each run.
+    /// The mean of one value per run; None if there are no values.
     pub(super) fn mean(values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let moments: Moments = values.into_iter().collect();
         (moments.n > 0).then(|| Self { value: moments.mean, std_error: moments.std_error() })
     }
 
-    /// The root, with its error to first order; None below 0.
+    /// The square root, with its standard error to first order; None if the value is not positive.
     pub(super) fn root(self) -> Option<Self> {
         let value = self.value.sqrt();
         (self.value > 0.0).then(|| Self { value, std_error: self.std_error.map(|error| error / (2.0 * value)) })
     }
 
-    /// With an error that is independent of the one it has.
+    /// Adds an independent error, given as a variance, in quadrature.
     fn with_error(self, squared: f64) -> Self {
         Self { std_error: self.std_error.map(|error| error.hypot(squared.sqrt())), ..self }
     }
 }
 
-/// The errors of a cell apart; see the head of [`study`](super).
+/// MSE, variance and squared bias of a cell, as defined in the documentation of [`study`](super).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ErrorDecomposition {
-    /// Variance and squared bias together.
+    /// The mean squared error: the sum of variance and squared bias.
     pub(super) mse: Uncertain,
-    /// Between runs; None of one run.
+    /// The variance between runs; None if there is only one run.
     pub(super) variance: Option<Uncertain>,
-    /// What the mean of all runs would leave, squared; None of one run.
+    /// The squared bias; None if there is only one run. May be negative.
     pub(super) bias_squared: Option<Uncertain>,
-    /// The mean error, with its sign.
+    /// The mean signed error.
     pub(super) bias: Uncertain,
-    /// The mean variance of the reference, which was subtracted; None if nobody knows it.
+    /// The mean variance of the reference's noise, which was subtracted; None if unknown.
     pub(super) reference_noise: Option<f64>,
 }
 
 impl ErrorDecomposition {
-    /// Of the values of some pixels in every run, against a reference with the variances of its values, if they are
-    /// known.
+    /// Decomposes the errors of the runs' values with respect to `reference`. `noise` holds the variances of the reference's
+    /// values, if known.
     ///
     /// # Panics
-    /// If there is no run, or not the same number of values everywhere.
+    /// If there is no run, or a run and the reference have different numbers of values.
     pub(super) fn new(runs: &[Vec<f64>], reference: &[f64], noise: Option<&[f64]>) -> Self {
         let (count, n) = (runs.len() as f64, reference.len() as f64);
-        assert!(runs.iter().all(|run| run.len() == reference.len()), "runs are as large as their reference");
+        assert!(
+            runs.iter().all(|run| run.len() == reference.len()),
+            "runs and reference have the same number of values"
+        );
         let mean: Vec<f64> = (0..reference.len()).map(|p| runs.iter().map(|run| run[p]).sum::<f64>() / count).collect();
         let noise_mean = noise.map_or(0.0, |noise| noise.iter().sum::<f64>() / n);
-        // Squared distances, by run: to the reference and to the mean; and how far the run lies from the mean along the bias.
+        // Per run, averaged over the values: squared distance to the reference, squared distance to the mean of all runs, the
+        // inner product of (run - mean) and (mean - reference), and the signed error.
         let of_run = |run: &Vec<f64>| {
             let terms = run
                 .iter()
@@ -85,12 +89,11 @@ impl ErrorDecomposition {
             };
             (of(variance, |part| part.0), of(bias_squared, |part| part.1))
         });
-        // The reference is the same for all runs: its errors e of variance v add e² − v to what is found, and 2 e times what
-        // is away from it beside them.
+        // All runs share one reference. Its errors e, of variance v, add e² − v and 2 e (x̄ − r) to MSE and squared bias.
         let bias_squared = split.map_or(away - noise_mean, |(_, bias)| bias.value).max(0.0);
         let squares = noise.map_or(0.0, |noise| noise.iter().map(|v| v * v).sum::<f64>());
         let of_reference = (2.0 * squares + 4.0 * bias_squared * noise_mean * n) / (n * n);
-        let mean_of = |i: usize| Uncertain::mean(sums.iter().map(|s| s[i])).expect("there is a run");
+        let mean_of = |i: usize| Uncertain::mean(sums.iter().map(|s| s[i])).expect("there is at least one run");
         let mse = mean_of(0).with_error(of_reference);
         Self {
             mse: Uncertain { value: mse.value - noise_mean, ..mse },
@@ -102,8 +105,8 @@ impl ErrorDecomposition {
     }
 }
 
-/// The standard error from what is found without one run each: Efron and Stein 1981, "The Jackknife Estimate of
-/// Variance".
+/// The jackknife standard error from the leave-one-out estimates; None for two or fewer. Efron and Stein 1981, "The Jackknife
+/// Estimate of Variance".
 fn jackknife(without: impl Iterator<Item = f64>) -> Option<f64> {
     let moments: Moments = without.collect();
     let count = moments.n as f64;
@@ -119,7 +122,7 @@ mod tests {
 
     use super::*;
 
-    /// Nearly normal: the sum of twelve uniforms, less 6.
+    /// An approximately normal sample: the sum of twelve uniforms, less 6.
     fn normal(random: &mut Pcg64Mcg) -> f64 {
         (0..12).map(|_| (random.next_u64() >> 11) as f64 * 2_f64.powi(-53)).sum::<f64>() - 6.0
     }
@@ -127,7 +130,7 @@ mod tests {
     const PIXELS: usize = 60;
     const RUNS: usize = 6;
 
-    /// Runs of pixels about their truths with a bias; the reference has noise.
+    /// Simulated runs with a bias, and a reference with noise.
     fn simulated(random: &mut Pcg64Mcg, bias: f64, noise: f64) -> ErrorDecomposition {
         let ground_truth: Vec<f64> = (0..PIXELS).map(|p| p as f64).collect();
         let sigma = |p: usize| 0.5 + p as f64 / PIXELS as f64;
@@ -143,7 +146,7 @@ mod tests {
         (0..PIXELS).map(|p| (0.5 + p as f64 / PIXELS as f64).powi(2)).sum::<f64>() / PIXELS as f64
     }
 
-    /// The means over many studies of what is found and of the squared errors that it says, and its variance.
+    /// The moments of an estimate over many simulated studies, and the mean of its reported squared standard errors.
     fn moments(bias: f64, noise: f64, part: impl Fn(&ErrorDecomposition) -> Uncertain) -> (Moments, f64) {
         let mut random = Pcg64Mcg::seed_from_u64(9);
         let (mut found, mut said) = (Moments::default(), Moments::default());
@@ -161,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn by_hand() {
+    fn decomposition_matches_hand_calculation() {
         // Two pixels, three runs, an exact reference of 0: means 2 and 0; variances 1 and 4.
         let runs = [vec![1.0, -2.0], vec![2.0, 0.0], vec![3.0, 2.0]];
         let error_decomposition = ErrorDecomposition::new(&runs, &[0.0, 0.0], Some(&[0.0, 0.0]));
@@ -171,13 +174,13 @@ mod tests {
         assert!((error_decomposition.mse.value - (5.0 + 4.0 + 13.0) / 6.0).abs() < 1e-14, "{error_decomposition:?}");
         assert!((error_decomposition.mse.value - variance.value - bias.value).abs() < 1e-14);
         assert_eq!(error_decomposition.bias.value, 1.0);
-        // Without one run each, variances are of (2,3),(0,2) -> 1.25; (1,3),(-2,2) -> 5; (1,2),(-2,0) -> 1.25.
+        // The leave-one-out variances are those of (2,3),(0,2) -> 1.25; (1,3),(-2,2) -> 5; (1,2),(-2,0) -> 1.25.
         let by_hand: Moments = [1.25, 5.0, 1.25].into_iter().collect();
         assert!(
             (variance.std_error.unwrap() - (by_hand.m2 * 2.0 / 3.0).sqrt()).abs() < 1e-14,
             "{error_decomposition:?}"
         );
-        // And squared biases: means (2.5, 1), (2, 0), (1.5, -1).
+        // The leave-one-out squared biases have the means (2.5, 1), (2, 0), (1.5, -1).
         let bias_by_hand: Moments = [3.625 - 0.625, 2.0 - 2.5, 1.625 - 0.625].into_iter().collect();
         assert!(
             (bias.std_error.unwrap() - (bias_by_hand.m2 * 2.0 / 3.0).sqrt()).abs() < 1e-14,
@@ -186,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn variance_and_bias_are_told_apart_without_bias() {
+    fn estimates_of_variance_bias_and_mse_are_unbiased() {
         for (bias, noise) in [(0.0, 0.0), (0.4, 0.0), (0.0, 0.6), (0.4, 0.6)] {
             let (variance, _) = moments(bias, noise, |s| s.variance.unwrap());
             assert_unbiased(&variance, true_variance());
@@ -201,8 +204,8 @@ mod tests {
     }
 
     #[test]
-    fn standard_errors_are_those_of_the_scatter_or_somewhat_larger() {
-        // 4,000 studies know their scatter to some 5 %. Without bias the squared bias is a degenerate statistic, for which
+    fn standard_errors_match_the_scatter_or_are_somewhat_larger() {
+        // The scatter of 4,000 studies is known to about 5 %. Without bias the squared bias is a degenerate statistic, for which
         // the jackknife doubles the variance.
         for (bias, noise) in [(0.0, 0.0), (0.4, 0.0), (0.4, 0.6)] {
             let ratio = |(found, said): (Moments, f64)| said / found.variance().unwrap();
@@ -216,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn few_runs_say_less() {
+    fn one_or_two_runs_lack_some_estimates() {
         let one = ErrorDecomposition::new(&[vec![1.0, 3.0]], &[1.0, 1.0], None);
         assert_eq!((one.mse.value, one.mse.std_error), (2.0, None));
         assert!(one.variance.is_none() && one.bias_squared.is_none() && one.reference_noise.is_none());
@@ -225,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn roots() {
+    fn square_roots_propagate_errors() {
         let four = Uncertain { value: 4.0, std_error: Some(0.4) };
         assert_eq!(four.root(), Some(Uncertain { value: 2.0, std_error: Some(0.1) }));
         assert_eq!(Uncertain { value: -1.0, std_error: None }.root(), None);

@@ -1,4 +1,4 @@
-//! From the images that are there to rows, cells, fits, drawings and the page.
+//! Computes rows, cells, fits, plots and the page from the images that exist.
 
 use std::{collections::BTreeMap, sync::Mutex};
 
@@ -21,18 +21,18 @@ use crate::{
     provenance,
 };
 
-/// Makes the row of a run as soon as its image is there, and adds it to the table.
+/// The table of runs. Each row is added as soon as the run's image exists.
 #[derive(Debug)]
 pub struct Rows<'s> {
     study: &'s Study,
     plan: &'s Plan,
-    truths: BTreeMap<usize, GroundTruth>,
-    /// Whoever adds to the table.
+    ground_truths: BTreeMap<usize, GroundTruth>,
+    /// Held while a row is appended to the table.
     table: Mutex<()>,
 }
 
 impl<'s> Rows<'s> {
-    /// Writes the rows of the images that are there, in place of the table that is.
+    /// Replaces the table by one with the rows of all images that exist.
     ///
     /// # Errors
     /// If a reference or an image cannot be used.
@@ -42,55 +42,56 @@ impl<'s> Rows<'s> {
         Ok(rows)
     }
 
-    /// Loads the references that are there.
+    /// Loads the references that exist.
     fn load(study: &'s Study, plan: &'s Plan) -> Result<Self, StudyError> {
         std::fs::create_dir_all(&plan.folder).map_err(|error| FileError::new(&plan.folder, error))?;
-        let mut truths = BTreeMap::new();
+        let mut ground_truths = BTreeMap::new();
         for index in 0..study.spec.scenes.as_ref().len() {
             if let Some(ground_truth) = GroundTruth::load(study, plan, index)? {
-                truths.insert(index, ground_truth);
+                ground_truths.insert(index, ground_truth);
             }
         }
-        Ok(Self { study, plan, truths, table: Mutex::new(()) })
+        Ok(Self { study, plan, ground_truths, table: Mutex::new(()) })
     }
 
-    /// Adds the row of a run that has just been made; a run of a reference has none.
+    /// Adds the row of a run whose image was just rendered. A run of a reference has no row.
     ///
     /// # Errors
     /// If its image cannot be used.
     pub fn add(&self, run: &Run) -> Result<(), StudyError> {
         let Some(cell) = self.plan.cells.iter().find(|cell| cell.id == run.cell) else { return Ok(()) };
-        if cell.method.is_none() || !self.truths.contains_key(&cell.scene) {
+        if cell.method.is_none() || !self.ground_truths.contains_key(&cell.scene) {
             return Ok(());
         }
-        let (made, target, _) = self.look(cell, run)?;
-        let _alone = self.table.lock().expect("nobody panics with it");
+        let (made, target, _) = self.measure(cell, run)?;
+        let _alone = self.table.lock().expect("no thread panics while it holds the lock");
         record::append(&self.plan.folder, "rows", &tables::row(self.study, cell, run, &made, &target))?;
         Ok(())
     }
 
-    fn look(&self, cell: &Cell, run: &Run) -> Result<(RunResult, Target, Picture), StudyError> {
+    fn measure(&self, cell: &Cell, run: &Run) -> Result<(RunResult, Target, Picture), StudyError> {
         let scene = &self.study.spec.scenes.as_ref()[cell.scene];
         let image = exr::read(&run.output)?;
         let (picture, _) = Picture::of(&run.output, scene.layer.as_deref())?;
-        let target = self.truths[&cell.scene].fitted(self.study, scene, &picture, &run.output.display().to_string())?;
+        let target =
+            self.ground_truths[&cell.scene].fitted(self.study, scene, &picture, &run.output.display().to_string())?;
         let made = RunResult::new(&image, Measures::new(&picture, &target));
         Ok((made, target, picture))
     }
 
-    /// Every cell that has runs and a reference.
-    fn cells(&self) -> Result<Vec<(&'s Cell, Seen)>, StudyError> {
-        let known = |cell: &&Cell| cell.method.is_some() && self.truths.contains_key(&cell.scene);
+    /// Every cell that has images and a reference.
+    fn cells(&self) -> Result<Vec<(&'s Cell, CellRuns)>, StudyError> {
+        let known = |cell: &&Cell| cell.method.is_some() && self.ground_truths.contains_key(&cell.scene);
         let cells: Vec<&'s Cell> = self.plan.cells.iter().filter(known).collect();
-        let seen = cells.par_iter().map(|cell| Ok((*cell, self.sample_direction(cell)?)));
+        let seen = cells.par_iter().map(|cell| Ok((*cell, self.evaluate_cell(cell)?)));
         let all: Result<Vec<_>, StudyError> = seen.collect();
         Ok(all?.into_iter().filter(|(_, seen)| !seen.rows.is_empty()).collect())
     }
 
-    fn sample_direction(&self, cell: &Cell) -> Result<Seen, StudyError> {
-        let mut seen = Seen::default();
+    fn evaluate_cell(&self, cell: &Cell) -> Result<CellRuns, StudyError> {
+        let mut seen = CellRuns::default();
         for run in cell.runs.iter().filter(|run| run.is_made()) {
-            let (made, target, picture) = self.look(cell, run)?;
+            let (made, target, picture) = self.measure(cell, run)?;
             seen.rows.push(tables::row(self.study, cell, run, &made, &target));
             seen.made.push(made);
             seen.pictures.push(picture);
@@ -99,22 +100,22 @@ impl<'s> Rows<'s> {
         Ok(seen)
     }
 
-    fn write(&self, all: &[(&Cell, Seen)]) -> Result<(), StudyError> {
+    fn write(&self, all: &[(&Cell, CellRuns)]) -> Result<(), StudyError> {
         let rows: Vec<TableRow> = all.iter().flat_map(|(_, seen)| seen.rows.iter().cloned()).collect();
         Ok(record::write(&self.plan.folder, "rows", &rows)?)
     }
 }
 
-/// The runs of a cell.
+/// The evaluated runs of a cell.
 #[derive(Default)]
-struct Seen {
+struct CellRuns {
     rows: Vec<TableRow>,
     made: Vec<RunResult>,
     pictures: Vec<Picture>,
     target: Option<Target>,
 }
 
-impl Seen {
+impl CellRuns {
     fn found(&self, study: &Study, cell: &Cell) -> Option<CellFound> {
         let target = self.target.as_ref()?;
         let spec = &study.spec.methods.as_ref()[cell.method?];
@@ -149,8 +150,7 @@ impl Seen {
     }
 }
 
-/// Evaluates the images that are there, and writes the tables, the fits, the drawings and the page into the plan's
-/// folder.
+/// Evaluates the images that exist, and writes the tables, fits, plots and page into the plan's folder.
 ///
 /// # Errors
 /// If a reference or an image cannot be used, or a file cannot be written.

@@ -1,4 +1,4 @@
-//! Fits of cells: slopes and predicted curves, and whether they hold.
+//! Fits of slopes and predicted curves to cells, and whether predictions hold.
 
 use glob::Pattern;
 use serde::Serialize;
@@ -14,10 +14,10 @@ use crate::{
     stats::{Amplitudes, Chi2, Point, Slope, amplitude, slope::FitCriteria},
 };
 
-/// What a fit of one method on one scene has found.
+/// A fit of one method on one scene, with its result.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Fit {
-    /// What the study calls it.
+    /// Its name in the study.
     pub(super) name: String,
     pub(super) scene: String,
     pub(super) method: String,
@@ -25,21 +25,21 @@ pub(super) struct Fit {
     pub(super) masked: bool,
     pub(super) x: Axis,
     pub(super) x_name: String,
-    /// In words; empty if nothing is predicted.
+    /// The prediction in words; empty if nothing is predicted.
     pub(super) predicted: String,
     pub(super) found: FitResult,
-    /// Where the prediction is drawn: the slope through the level that was found.
+    /// The predicted slope, which is drawn through the fitted level.
     pub(super) predicted_slope: Option<f64>,
-    /// None if nothing is predicted, or nothing was rendered by a renderer that is not ours.
+    /// Whether the prediction holds. None if nothing is predicted, or if another renderer has rendered nothing yet.
     pub(super) holds: Option<bool>,
-    /// Why it does not hold.
+    /// Why the prediction does not hold; empty if it holds.
     pub(super) why: String,
-    /// What is asked of it.
+    /// The criteria of the prediction.
     pub(super) criteria: FitCriteria,
     pub(super) points: Vec<Point>,
 }
 
-/// The numbers of a fit.
+/// The result of a fit.
 #[derive(Clone, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum FitResult {
@@ -47,16 +47,16 @@ pub(super) enum FitResult {
     Slope(Slope),
     /// Amplitudes of predicted curves.
     Curves { curves: Vec<Curve>, fit: Amplitudes },
-    /// Whether all points are 0.
+    /// A chi-square test of all points being 0.
     Zero(Chi2),
-    /// There is nothing to fit.
+    /// There are too few points to fit.
     Nothing,
 }
 
 /// All fits of a study, one for each scene and method that matches.
 pub(super) fn all(study: &Study, cells: &[CellFound]) -> Vec<Fit> {
     let series: Vec<_> = study.spec.fits.iter().flat_map(|spec| series_of(study, spec.as_ref(), cells)).collect();
-    // Predictions about renderers of which there is nothing are left out, and share nothing.
+    // Predictions about renderers without images are left out; the criteria are not corrected for them.
     let predictions = series.iter().filter(|series| series.spec.is_prediction() && !series.is_left_out()).count();
     let criteria = FitCriteria::default().shared(predictions);
     series.into_iter().map(|series| series.fit(criteria)).collect()
@@ -73,7 +73,7 @@ impl FitSpec {
     }
 }
 
-/// The cells of a method on a scene, in the order of x.
+/// The cells of a method on a scene, in rising order of x.
 struct Series<'c> {
     spec: &'c FitSpec,
     scene: String,
@@ -109,7 +109,7 @@ fn series_of<'c>(study: &'c Study, spec: &'c FitSpec, cells: &'c [CellFound]) ->
     all
 }
 
-/// The point of a cell in a diagram; None if it lacks what is asked for.
+/// The point of a cell in a plot; None if the quantity, its standard error or x is unknown.
 pub(super) fn point(cell: &CellFound, y: Quantity, masked: bool, axis: Axis) -> Option<Point> {
     let found = cell.quantity(y, masked)?;
     let x = match axis {
@@ -130,7 +130,7 @@ impl Series<'_> {
         let points: Vec<Point> =
             self.cells.iter().filter_map(|cell| point(cell, spec.y, spec.masked, spec.x)).collect();
         let found = self.found(&points);
-        // A point that has no logarithm is missed too.
+        // A cell whose value has no logarithm makes the series incomplete, too.
         let complete = points.len() == self.cells.len() && !points.is_empty();
         let why = if self.is_left_out() { String::new() } else { self.why(&found, complete, &criteria) };
         Fit {
@@ -164,7 +164,7 @@ impl Series<'_> {
         fit.map_or(FitResult::Nothing, |fit| FitResult::Curves { curves: curves.clone(), fit })
     }
 
-    /// The prediction in words.
+    /// The prediction in words; empty if there is none.
     fn predicted(&self) -> String {
         let spec = self.spec;
         if spec.zero {
@@ -185,7 +185,7 @@ impl Series<'_> {
         }
     }
 
-    /// Why the prediction does not hold; empty if it does, or there is none.
+    /// Why the prediction does not hold; empty if it holds or there is none.
     fn why(&self, found: &FitResult, complete: bool, criteria: &FitCriteria) -> String {
         let spec = self.spec;
         let mut reasons = Vec::new();
@@ -200,7 +200,7 @@ impl Series<'_> {
         unless(complete, "not every cell has a value with a standard error".into());
         let chi2 = match found {
             FitResult::Nothing => {
-                unless(false, "there are too few points to fit, or values without logarithm".into());
+                unless(false, "there are too few points to fit, or some values have no logarithm".into());
                 None
             }
             FitResult::Zero(chi2) => Some(*chi2),
@@ -214,14 +214,14 @@ impl Series<'_> {
                 }
                 if let Some([low, high]) = spec.slope_within {
                     let inside = low <= slope.slope - half && slope.slope + half <= high;
-                    unless(inside, "the interval of the slope reaches out of the range".into());
+                    unless(inside, "the interval of the slope is not within the predicted range".into());
                 }
                 let widest = criteria.widest;
                 unless(
                     spec.slope.is_none() || half < widest,
-                    format!("the interval is wider than {widest}: it decides nothing"),
+                    format!("the half-width of the interval is {widest} or more, too wide to decide"),
                 );
-                // A range says nothing of straightness.
+                // A predicted range of slopes does not require a straight line.
                 spec.slope.is_some().then_some(slope.residuals)
             }
             FitResult::Curves { fit, .. } => {
@@ -229,7 +229,7 @@ impl Series<'_> {
                     let half = found.half_width(criteria.outside, fit.dof);
                     unless(
                         (found.value - predicted).abs() <= half,
-                        format!("the amplitude {predicted} lies outside of the interval"),
+                        format!("the predicted amplitude {predicted} lies outside of the interval"),
                     );
                 }
                 Some(fit.residuals)
@@ -238,7 +238,7 @@ impl Series<'_> {
         if let Some(chi2) = chi2 {
             unless(
                 chi2.p > criteria.level,
-                format!("the points scatter more than their errors let them (p = {:.2e})", chi2.p),
+                format!("the points scatter more than their standard errors explain (p = {:.2e})", chi2.p),
             );
         }
         reasons.join("; ")
@@ -246,7 +246,7 @@ impl Series<'_> {
 }
 
 impl FitResult {
-    /// What was found, in words.
+    /// The result in words.
     pub(super) fn words(&self) -> String {
         match self {
             Self::Slope(s) => format!("slope {:.4} ± {:.4}", s.slope, s.half_width),
@@ -255,11 +255,11 @@ impl FitResult {
                 format!("amplitude {}", fit.amplitudes.iter().map(part).collect::<Vec<_>>().join(", "))
             }
             Self::Zero(chi2) => format!("χ² {:.1} of {} dof", chi2.statistic, chi2.dof),
-            Self::Nothing => "nothing".into(),
+            Self::Nothing => "no fit".into(),
         }
     }
 
-    /// The test of its residuals.
+    /// The chi-square test of the residuals; None without a fit.
     pub(super) fn residuals(&self) -> Option<Chi2> {
         match self {
             Self::Slope(slope) => Some(slope.residuals),
@@ -271,7 +271,7 @@ impl FitResult {
 }
 
 impl Fit {
-    /// A line for the terminal.
+    /// The result as one line for the terminal.
     pub(super) fn line(&self) -> String {
         let mark = match self.holds {
             Some(true) => "holds",
@@ -286,7 +286,7 @@ impl Fit {
         format!("{mark}  {name}, {method} on {scene}: {}{residuals}{predicted}{why}", self.found.words())
     }
 
-    /// What the fit gives at an x.
+    /// The value at x of the prediction, or of the fitted line where no slope is predicted. None if there is no curve.
     pub(super) fn at(&self, x: f64) -> Option<f64> {
         match &self.found {
             FitResult::Slope(slope) => match self.predicted_slope {

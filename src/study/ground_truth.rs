@@ -1,4 +1,4 @@
-//! What an image should be: pixels, and how uncertain they are.
+//! References: pixels and their uncertainty.
 
 use std::path::Path;
 
@@ -14,13 +14,13 @@ use crate::{
 /// The reference of a scene.
 #[derive(Debug)]
 pub(super) struct GroundTruth {
-    /// What tables call it.
+    /// Its name in tables.
     pub(super) name: String,
-    /// Columns and rows; None where every size will do.
+    /// Columns and rows; None for a constant, which fits any size.
     size: Option<(usize, usize)>,
-    /// Pixels row by row; one for all if every size will do.
+    /// Pixels row by row; a single pixel for a constant.
     pixels: Vec<[f64; 3]>,
-    /// The variance of each; None if nobody knows.
+    /// The variance of each pixel; None if unknown.
     pub(super) noise: Option<Vec<[f64; 3]>>,
 }
 
@@ -33,53 +33,54 @@ pub(super) struct Picture {
 }
 
 impl Picture {
-    /// A layer of an image, or the beauty.
+    /// Reads a layer of an image, or the beauty (RGB) if `layer` is None or empty.
     pub(super) fn of(path: &Path, layer: Option<&str>) -> Result<(Self, ImageEstimate), StudyError> {
         let name = path.display().to_string();
-        let side = ImageEstimate::of_image(&name, &layered(exr::read(path)?, layer, &name)?)?;
-        Ok((Self { width: side.width, height: side.height, pixels: side.pixels.clone() }, side))
+        let estimate = ImageEstimate::of_image(&name, &layered(exr::read(path)?, layer, &name)?)?;
+        Ok((Self { width: estimate.width, height: estimate.height, pixels: estimate.pixels.clone() }, estimate))
     }
 }
 
-/// The image with a layer in place of its beauty, whose variances it does not share.
+/// The image with a layer in place of its beauty. The variances of the beauty are dropped, because they are not those of the
+/// layer.
 fn layered(mut image: Image, layer: Option<&str>, name: &str) -> Result<Image, StudyError> {
     let Some(layer) = layer.filter(|layer| !layer.is_empty()) else { return Ok(image) };
     let channels: Option<Vec<_>> = ["R", "G", "B"]
         .into_iter()
         .map(|channel| Some((channel.to_owned(), image.channel(&format!("{layer}.{channel}"))?.to_vec())))
         .collect();
-    let lacks = || exr::FileError { file: name.to_owned(), what: format!("has no layer \"{layer}\" of colours") };
+    let lacks = || exr::FileError { file: name.to_owned(), what: format!("has no colour layer \"{layer}\"") };
     image.channels = channels.ok_or_else(lacks)?;
     Ok(image)
 }
 
 impl GroundTruth {
-    /// The reference of a scene; None if it is still to be rendered.
+    /// Loads the reference of a scene; None if it is not yet rendered.
     pub(super) fn load(study: &Study, plan: &Plan, index: usize) -> Result<Option<Self>, StudyError> {
         let scene = &study.spec.scenes.as_ref()[index];
         let layer = scene.reference_layer.as_ref().or(scene.layer.as_ref()).map(String::as_str);
         match scene.reference.as_ref() {
             ReferenceSpec::Value(value) => Ok(Some(Self {
-                name: "closed spec".into(),
+                name: "closed form".into(),
                 size: None,
                 pixels: vec![*value],
                 noise: Some(vec![[0.0; 3]]),
             })),
             ReferenceSpec::Image(file) => {
-                let (picture, side) = Picture::of(&study.path(file), layer)?;
-                Ok(Some(Self::of_side(picture, side)))
+                let (picture, estimate) = Picture::of(&study.path(file), layer)?;
+                Ok(Some(Self::from_estimate(picture, estimate)))
             }
             ReferenceSpec::Folder(folder) => Self::of_folder(study, scene, folder, layer).map(Some),
             ReferenceSpec::Render(_) => Self::of_runs(plan, index, layer),
         }
     }
 
-    fn of_side(picture: Picture, side: ImageEstimate) -> Self {
-        let noise = match side.uncertainty {
+    fn from_estimate(picture: Picture, estimate: ImageEstimate) -> Self {
+        let noise = match estimate.uncertainty {
             Uncertainty::Pixels(variances) => Some(variances),
             _ => None,
         };
-        Self { name: side.name, size: Some((picture.width, picture.height)), pixels: picture.pixels, noise }
+        Self { name: estimate.name, size: Some((picture.width, picture.height)), pixels: picture.pixels, noise }
     }
 
     fn of_folder(study: &Study, scene: &SceneSpec, folder: &Path, layer: Option<&str>) -> Result<Self, StudyError> {
@@ -99,7 +100,7 @@ impl GroundTruth {
         })
     }
 
-    /// The mean of runs; its noise is known from their scatter, or from the variances of the image if it is one.
+    /// The mean of runs. Its noise is the scatter between the runs, or the variances of the image if there is only one run.
     fn of_runs(plan: &Plan, index: usize, layer: Option<&str>) -> Result<Option<Self>, StudyError> {
         let Some(cell) = plan.cells.iter().find(|cell| cell.scene == index && cell.method.is_none()) else {
             return Ok(None);
@@ -110,8 +111,8 @@ impl GroundTruth {
         let runs = cell.runs.iter().map(|run| Picture::of(&run.output, layer)).collect::<Result<Vec<_>, _>>()?;
         let count = runs.len() as f64;
         let mut runs = runs.into_iter();
-        let Some((first, side)) = runs.next() else { return Ok(None) };
-        let mut ground_truth = Self { name: cell.id.clone(), ..Self::of_side(first, side) };
+        let Some((first, estimate)) = runs.next() else { return Ok(None) };
+        let mut ground_truth = Self { name: cell.id.clone(), ..Self::from_estimate(first, estimate) };
         let others: Vec<_> = runs.map(|(picture, _)| picture.pixels).collect();
         if others.is_empty() {
             return Ok(Some(ground_truth));
@@ -128,10 +129,10 @@ impl GroundTruth {
         Ok(Some(ground_truth))
     }
 
-    /// The reference in the size of a picture, with the pixels that count in its mask.
+    /// The reference in the size of a picture, with the mask of the scene.
     ///
     /// # Errors
-    /// If it has another size, or the mask leaves no pixel.
+    /// If the sizes differ, or the mask is empty.
     pub(super) fn fitted(
         &self,
         study: &Study,
@@ -144,28 +145,28 @@ impl GroundTruth {
         if found != expected {
             return Err(ComparisonError::Size { name: name.to_owned(), found, expected }.into());
         }
-        let error_decomposition = |values: &[[f64; 3]]| match self.size {
+        let expanded = |values: &[[f64; 3]]| match self.size {
             Some(_) => values.to_vec(),
             None => vec![values[0]; picture.pixels.len()],
         };
-        let pixels = error_decomposition(&self.pixels);
+        let pixels = expanded(&self.pixels);
         let mask =
             scene.mask.as_ref().map(|spec| (mask::mark(spec.as_ref(), picture.width, &pixels), spec.span().start));
         if let Some((marks, at)) = &mask
             && !marks.contains(&true)
         {
-            return Err(study.fault(*at, "the mask leaves no pixel of the image"));
+            return Err(study.fault(*at, "the mask contains no pixel of the image"));
         }
         Ok(Target {
             name: self.name.clone(),
-            noise: self.noise.as_deref().map(error_decomposition),
+            noise: self.noise.as_deref().map(expanded),
             mask: mask.map(|(marks, _)| marks),
             pixels,
         })
     }
 }
 
-/// A reference of the size of the images that are held to it.
+/// A reference in the size of the images that are compared with it.
 #[derive(Debug)]
 pub(super) struct Target {
     pub(super) name: String,

@@ -1,9 +1,9 @@
-//! Which pixels count.
+//! Masks: the pixels over which errors are measured.
 
 use super::spec::MaskSpec;
 use crate::stats::tiles::luminance;
 
-/// Marks the pixels of an image that lie in the rectangle and between the luminances of a mask.
+/// Marks the pixels that lie in the rectangle of a mask and whose luminance in the reference lies within its limits.
 pub(super) fn mark(spec: &MaskSpec, width: usize, reference: &[[f64; 3]]) -> Vec<bool> {
     let within =
         |range: Option<[u32; 2]>, at: usize| range.is_none_or(|[from, to]| (from as usize..to as usize).contains(&at));

@@ -1,4 +1,4 @@
-//! One image against what it should be.
+//! The error metrics of one image.
 
 use super::{
     flip,
@@ -11,25 +11,25 @@ use crate::{
     stats::Tiling,
 };
 
-/// The errors of one image; none knows of noise, neither its own nor that of the reference.
+/// The error metrics of one image. They account neither for its noise nor for that of the reference.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Measures {
-    /// Over all pixels.
+    /// Metrics over all pixels.
     pub(super) metrics: Metrics,
     /// The RMSE over the pixels of the mask.
     pub(super) rmse_masked: Option<f64>,
     /// The largest RMSE of a tile of 8 x 8 pixels.
     pub(super) worst_tile: f64,
-    /// The mean RMSE of such tiles.
+    /// The mean RMSE of the tiles.
     pub(super) mean_tile: f64,
-    /// Of both pictures as sRGB with the exposure that suits the reference.
+    /// The mean FLIP of both pictures in sRGB, with the automatic exposure of the reference.
     pub(super) flip: f64,
-    /// Likewise.
+    /// The mean SSIM of the same pictures; None if they are smaller than its window.
     pub(super) ssim: Option<f64>,
 }
 
 impl Measures {
-    /// Of an image of the size of its reference.
+    /// Measures an image that has the size of its reference.
     pub(super) fn new(image: &Picture, target: &Target) -> Self {
         let squares: Vec<f64> = image.pixels.iter().zip(&target.pixels).map(|(a, b)| squared(*a, *b)).collect();
         let tiles = tiles(&squares, image.width, image.height);
@@ -66,7 +66,7 @@ fn tiles(squares: &[f64], width: usize, height: usize) -> Vec<f64> {
     sums.into_iter().map(|(sum, count): (f64, f64)| (sum / count).sqrt()).collect()
 }
 
-/// Both with the exposure of the reference, so that brightness counts.
+/// Both pictures with the exposure of the reference, so that differences in brightness count.
 fn pictures(image: &Picture, target: &Target) -> [RgbImage; 2] {
     let narrow = |pixels: &[[f64; 3]]| pixels.iter().map(|p| p.map(|x| x as f32)).collect::<Vec<_>>();
     let reference = narrow(&target.pixels);
@@ -79,8 +79,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tiles_and_masks_by_hand() {
-        // 16 x 8 pixels: the left tile is right, the right one is off by 0.5 in one channel.
+    fn tiles_and_masks_match_hand_calculation() {
+        // 16 x 8 pixels: the left tile is exact, the right one is off by 0.5 in one channel.
         let reference = vec![[1.0; 3]; 128];
         let wrong = |i: usize| if i % 16 < 8 { [1.0; 3] } else { [1.5, 1.0, 1.0] };
         let image = Picture { width: 16, height: 8, pixels: (0..128).map(wrong).collect() };

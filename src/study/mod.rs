@@ -1,36 +1,36 @@
-//! Convergence studies: scenes x methods x budgets, each with independent runs, against what is known of the truth.
+//! Convergence studies: scenes x methods x budgets, each with independent runs, compared with references.
 //!
-//! A study is a TOML file; `assets/studies/README.md` describes its form and has examples. Each *cell* (a scene, a
-//! method and one value of what is varied) has several *runs* of different seeds, and each run is an image that a
-//! process of its own made. Everything else follows from the images.
+//! A study is a TOML file; `assets/studies/README.md` describes its format and has examples. Each *cell* (a scene, a method and
+//! one value of the varied parameter) has several *runs* with different seeds. Each run is an image rendered by a separate
+//! process. All results are computed from the images.
 //!
 //! | part | file |
 //! |---|---|
-//! | the form of the file; how it is read, and what is refused | `spec`; `check` |
+//! | the format of the file; how it is read and validated | `spec`; `check` |
 //! | cells and runs, their seeds and command lines | [`plan`] |
-//! | a run, whether it is there, and how it is made | [`run`] |
-//! | what the images should be, and which pixels count | `ground_truth`, `mask` |
-//! | one image against the truth | `measures`, `flip`, `ssim` |
-//! | the images of a cell together: variance and bias apart | `error_decomposition` |
-//! | tables that people and programs read | `record`, `tables` |
-//! | closed list of predicted curves | `theory` |
+//! | a run, whether its image exists, and how it is rendered | [`run`] |
+//! | references, and masks of pixels | `ground_truth`, `mask` |
+//! | error metrics of one image | `measures`, `flip`, `ssim` |
+//! | variance and bias from the images of a cell | `error_decomposition` |
+//! | tables as JSON lines and CSV | `record`, `tables` |
+//! | the predicted curves | `theory` |
 //! | slopes, amplitudes, crossings, and whether predictions hold | `fits`, `comparison` |
-//! | everything that was found; how it is found | `outcome`; [`evaluate`] |
+//! | all results; how they are computed | `outcome`; [`evaluate`] |
 //! | drawings and the page | `drawings`, `page` |
 //!
-//! # Errors that are stated
+//! # Reported errors
 //!
-//! Let x_kp be the value of pixel and channel p in run k of K, r_p the reference with the variance v_p of its noise.
-//! Over all n values of p that count,
+//! Let x_kp be the value of pixel and channel p in run k of K, r_p the reference with the variance v_p of its noise. Over all
+//! n values of p in the image or mask,
 //!
 //! - the variance is the mean over p of the unbiased variance between runs, Σ_k (x_kp − x̄_p)² / (K − 1);
-//! - the squared bias is the mean over p of (x̄_p − r_p)², less variance / K and less the mean of v_p, both of which it would
-//!   hold else; it may be negative, as what is 0 must be half of the time;
-//! - the MSE is the mean over k and p of (x_kp − r_p)², less the mean of v_p. It is their sum.
+//! - the squared bias is the mean over p of (x̄_p − r_p)², less variance / K and less the mean of v_p, because (x̄_p − r_p)²
+//!   contains both. The estimate may be negative; if the true value is 0, it is negative about half of the time;
+//! - the MSE is the mean over k and p of (x_kp − r_p)², less the mean of v_p. It is the sum of variance and squared bias.
 //!
-//! Standard errors come from the scatter between runs: of means directly, of variance and squared bias by leaving out
-//! one run after the other (the jackknife of Efron and Stein 1981, which errs to the large side). What the noise of the
-//! reference adds to those of MSE and squared bias is added in quadrature.
+//! Standard errors come from the scatter between runs. Those of means are computed directly. Those of variance and squared
+//! bias are jackknife estimates (Efron and Stein 1981), which are biased upwards. The contribution of the reference's noise to
+//! the standard errors of MSE and squared bias is added in quadrature.
 
 mod check;
 mod comparison;
@@ -65,41 +65,41 @@ use crate::{
     scene_file::SceneError,
 };
 
-/// Why a study cannot go on; one line.
+/// The reason why a study cannot continue. Displays as one line.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
-    /// What the file of the study says.
+    /// The file of the study is invalid.
     #[error("{}:{line}:{column}: {what}", file.display())]
     StudySpec {
         /// The file.
         file: PathBuf,
-        /// From 1.
+        /// The line, from 1.
         line: usize,
-        /// From 1, in characters.
+        /// The column in characters, from 1.
         column: usize,
-        /// What is wrong, and what would be right.
+        /// What is wrong, and how to correct it.
         what: String,
     },
-    /// A file.
+    /// A file cannot be read or written.
     #[error(transparent)]
     File(#[from] FileError),
-    /// A scene.
+    /// A scene cannot be read.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// A reference folder.
+    /// A reference folder cannot be used.
     #[error(transparent)]
     Reference(#[from] ReferenceError),
-    /// An image.
+    /// An image cannot be compared.
     #[error(transparent)]
     Comparison(#[from] ComparisonError),
-    /// A run.
+    /// A run failed.
     #[error("{cell}, seed {seed}: {what}")]
     Run {
-        /// Of which cell.
+        /// The name of its cell.
         cell: String,
         /// Its seed.
         seed: u64,
-        /// What its process said.
+        /// The message of its process.
         what: String,
     },
 }

@@ -1,29 +1,29 @@
-//! What a study has found: its cells, fits and comparisons.
+//! The results of a study: its cells, fits and comparisons.
 
 use std::path::PathBuf;
 
 use super::{comparison::MethodComparison, fits::Fit, tables::CellFound};
 
-/// What a study has found.
+/// The results of a study.
 #[derive(Debug)]
 pub struct Evaluation {
     pub(super) cells: Vec<CellFound>,
     pub(super) fits: Vec<Fit>,
     pub(super) comparisons: Vec<MethodComparison>,
-    /// Runs that are not there.
+    /// The number of runs without an image.
     pub missing: usize,
-    /// The page.
+    /// The path of the page.
     pub page: PathBuf,
 }
 
 impl Evaluation {
-    /// A line for each fit and each comparison.
+    /// One line for each fit and each comparison.
     #[must_use]
     pub fn lines(&self) -> Vec<String> {
         self.fits.iter().map(Fit::line).chain(self.comparisons.iter().map(MethodComparison::line)).collect()
     }
 
-    /// Whether everything holds that the study predicts.
+    /// Whether all predictions of the study hold.
     #[must_use]
     pub fn passed(&self) -> bool {
         let verdicts =

@@ -1,4 +1,4 @@
-//! The page of a study, and its drawings.
+//! The HTML page of a study, and its plots.
 
 use minijinja::value::Serde;
 use serde::Serialize;
@@ -18,7 +18,7 @@ use crate::{
     report::{self, Mark, number},
 };
 
-/// What is on the page.
+/// The content of the page.
 #[derive(Debug, Serialize)]
 struct Page<'s> {
     style: String,
@@ -30,10 +30,11 @@ struct Page<'s> {
     command: &'s str,
     seeds: u32,
     missing: usize,
-    /// How many predictions there are, and how many of them fail.
+    /// The number of predictions.
     predictions: usize,
+    /// The number of predictions that fail.
     failed: usize,
-    /// What the predictions share.
+    /// The criteria that all predictions share.
     criteria: Option<CriteriaView>,
     fits: Vec<FitView>,
     comparisons: Vec<ComparisonView>,
@@ -75,7 +76,7 @@ struct SceneView {
     reference: String,
     plots: Vec<PlotView>,
     rows: Vec<RowView>,
-    /// Whether a mask is given.
+    /// Whether the scene has a mask.
     masked: bool,
 }
 
@@ -103,10 +104,10 @@ struct RowView {
     efficiency: String,
 }
 
-/// Writes the drawings and the page.
+/// Writes the plots and the page.
 ///
 /// # Errors
-/// If they cannot be written.
+/// If a file cannot be written.
 pub(super) fn write(study: &Study, plan: &Plan, evaluation: &Evaluation, command: &str) -> Result<(), StudyError> {
     let mut scenes = Vec::new();
     for spec in study.spec.scenes.as_ref() {
@@ -129,8 +130,8 @@ pub(super) fn write(study: &Study, plan: &Plan, evaluation: &Evaluation, command
     }
     let page = Page::new(study, evaluation, command, scenes);
     let environment = report::environment(&[("study.html", include_str!("study.html"))]);
-    let template = environment.get_template("study.html").expect("it was added");
-    let html = template.render(Serde(page)).expect("the template uses what the page has");
+    let template = environment.get_template("study.html").expect("the template was added");
+    let html = template.render(Serde(page)).expect("the page has every variable of the template");
     Ok(write_whole(&evaluation.page, html.as_bytes())?)
 }
 
@@ -239,28 +240,28 @@ impl RowView {
     }
 }
 
-/// What the scene is held to, and how noisy that is.
+/// The reference of a scene and its noise, in words.
 fn reference(study: &Study, name: &str, cells: &[&CellFound]) -> String {
     use super::spec::ReferenceSpec::{Folder, Image, Render, Value};
     let Some(spec) = study.spec.scenes.as_ref().iter().find(|scene| scene.name() == name) else { return String::new() };
     let what = match spec.reference.as_ref() {
-        Value([r, g, b]) => format!("a closed spec, ({r}, {g}, {b}) everywhere"),
+        Value([r, g, b]) => format!("a closed form, ({r}, {g}, {b}) in every pixel"),
         Folder(folder) => format!("the reference {}", study.path(folder).display()),
         Image(file) => format!("the image {}", study.path(file).display()),
         Render(render) => format!(
-            "{} of {} with {} samples a pixel",
-            if render.seeds == 1 { "a run".to_owned() } else { format!("{} runs", render.seeds) },
+            "{} of {} with {} samples per pixel",
+            if render.seeds == 1 { "one run".to_owned() } else { format!("{} runs", render.seeds) },
             render.integrator.as_deref().unwrap_or("the scene's integrator"),
             render.spp
         ),
     };
     let noise = match cells.first().map(|cell| cell.whole.reference_noise) {
-        Some(None) => "; its noise is not known and was not subtracted".to_owned(),
+        Some(None) => "; its noise is unknown and was not subtracted".to_owned(),
         Some(Some(noise)) if noise > 0.0 => {
             format!("; the mean variance of its noise, {}, was subtracted", number::significant(noise, 2))
         }
         _ => String::new(),
     };
-    let layer = spec.layer.as_ref().map_or(String::new(), |layer| format!(" The layer is {layer}."));
-    format!("Held to {what}{noise}.{layer}")
+    let layer = spec.layer.as_ref().map_or(String::new(), |layer| format!(" Layer: {layer}."));
+    format!("Compared with {what}{noise}.{layer}")
 }

@@ -1,4 +1,4 @@
-//! Cells and runs: which images a study needs, with which seeds, made by which commands.
+//! Cells and runs: the images that a study needs, their seeds, and the commands that render them.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -15,43 +15,43 @@ use super::{
 };
 use crate::{film::exr, provenance, scene_file::xml};
 
-/// All that a study needs, in the order of its file.
+/// All cells of a study, in the order of its file.
 #[derive(Debug)]
 pub struct Plan {
-    /// Where everything goes.
+    /// The folder of all results.
     pub folder: PathBuf,
-    /// The runs that make the references, by scene; then those of all cells.
+    /// For each scene, the cell of its rendered reference, if any, then the cells of all methods.
     pub cells: Vec<Cell>,
 }
 
-/// A scene, a method and one value of what is varied; or the reference of a scene.
+/// A scene, a method and one value of the varied parameter; or the reference of a scene.
 #[derive(Clone, Debug)]
 pub struct Cell {
-    /// Its name: letters, digits, dots and hyphens.
+    /// The name: letters, digits, dots and hyphens.
     pub id: String,
-    /// Which scene of the study.
+    /// The index of the scene in the study.
     pub(super) scene: usize,
-    /// Which method of the study; None for a reference.
+    /// The index of the method in the study; None for a reference.
     pub(super) method: Option<usize>,
-    /// What is varied.
+    /// The name of the varied parameter.
     pub(super) x_name: String,
-    /// Its value.
+    /// The value of the varied parameter.
     pub(super) x: f64,
     pub(super) spp: u32,
     pub(super) parameters: String,
-    /// The runs, of independent seeds.
+    /// The runs, with independent seeds.
     pub runs: Vec<Run>,
 }
 
-/// The method of runs that make a reference.
+/// The method name of runs that render a reference.
 pub const REFERENCE: &str = "reference";
 
-/// Whether what is varied is how many samples a pixel gets; an integrator that works in passes takes one in each.
+/// Whether the varied parameter is the number of samples per pixel. A progressive integrator takes one sample per pass.
 pub(super) fn is_samples(name: &str) -> bool {
     matches!(name, "spp" | "passes")
 }
 
-/// A name as part of the name of a cell.
+/// A name in the form used in names of cells.
 pub(super) fn identifier(name: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || c == '.' { c.to_ascii_lowercase() } else { '-' };
     name.chars().map(plain).collect::<String>().trim_matches('-').to_owned()
@@ -84,11 +84,11 @@ impl Plan {
         self.cells.iter().flat_map(|cell| &cell.runs)
     }
 
-    /// Points of a fit must be independent; two cells with the same seeds would not be.
+    /// Checks that no two cells of a scene share seeds: the points of a fit must be independent.
     fn check_seeds(&self, study: &Study) -> Result<(), StudyError> {
-        let mut seen = BTreeSet::new();
+        let mut seeds = BTreeSet::new();
         for cell in &self.cells {
-            if !cell.runs.iter().all(|run| seen.insert((cell.scene, run.seed))) {
+            if !cell.runs.iter().all(|run| seeds.insert((cell.scene, run.seed))) {
                 let at = study.spec.methods.span().start;
                 return Err(study.fault(at, format!("{} shares seeds with another cell; rename its method", cell.id)));
             }
@@ -97,7 +97,7 @@ impl Plan {
     }
 }
 
-/// Makes the cells of a scene.
+/// Builds the cells of a scene.
 struct Builder<'s> {
     study: &'s Study,
     folder: &'s Path,
@@ -105,7 +105,7 @@ struct Builder<'s> {
     scene: &'s SceneSpec,
 }
 
-/// What a run is made with.
+/// The settings of a run.
 struct RunSpec<'m> {
     method: &'m str,
     renderer: RendererName,
@@ -118,7 +118,7 @@ struct RunSpec<'m> {
 }
 
 impl Builder<'_> {
-    /// The cell of the runs that are the reference, if any are.
+    /// The cell of the runs that render the reference; None if the reference is not rendered.
     fn reference(&self) -> Result<Option<Cell>, StudyError> {
         let ReferenceSpec::Render(spec) = self.scene.reference.as_ref() else { return Ok(None) };
         let run = RunSpec {
@@ -215,7 +215,7 @@ impl Builder<'_> {
         Ok(Cell { scene: self.index, method, x_name, x, spp: spec.spp, parameters, runs, id })
     }
 
-    /// What the scene's parameters are, those of the method before those of the scene.
+    /// The scene's parameters. Those of the method override those of the scene.
     fn defines(&self, own: &BTreeMap<String, Scalar>) -> BTreeMap<String, String> {
         let mut all = texts(&self.scene.defines);
         all.extend(texts(own));
@@ -224,7 +224,7 @@ impl Builder<'_> {
 }
 
 impl RunSpec<'_> {
-    /// As the header of the image has them.
+    /// The parameters as the header of the image states them.
     fn parameters(&self) -> String {
         let pairs: Vec<_> = self.params.iter().chain(&self.defines).map(|(n, v)| format!("{n}={v}")).collect();
         pairs.join(" ")
@@ -262,9 +262,9 @@ fn texts(values: &BTreeMap<String, Scalar>) -> BTreeMap<String, String> {
     values.iter().map(|(name, value)| (name.clone(), value.to_string())).collect()
 }
 
-/// The first of the 1024 seeds of a cell: 22 bits of a hash of its name above them, so that a cell keeps its seeds
-/// whatever happens to others, cells do not share seeds, and Mitsuba's 32 bits suffice. Samples of one seed are the
-/// same whether 16 or 64 are taken; cells with the same seeds would not be independent.
+/// The first of the 1024 seeds of a cell. The upper 22 of 32 bits are a hash of the cell's name. So a cell keeps its seeds when
+/// other cells change, and the seeds fit Mitsuba's 32 bits. Cells must not share seeds: the first 16 samples of a pixel are
+/// the same at 16 and at 64 samples, so such cells would not be independent.
 fn first_seed(cell: &str) -> u64 {
     let hash = Sha256::digest(cell.as_bytes());
     let bits = u32::from_be_bytes([hash[0], hash[1], hash[2], hash[3]]);
@@ -305,7 +305,7 @@ vary = {name = "spp", values = [1]}
     }
 
     #[test]
-    fn cells_and_their_commands() {
+    fn cells_have_commands_and_seeds() {
         let plan = plan(STUDY);
         let ids: Vec<_> = plan.cells.iter().map(|cell| cell.id.as_str()).collect();
         assert_eq!(ids, ["room-1.reference", "room-1.photons.1000", "room-1.photons.8000", "room-1.mi.1"]);
@@ -323,7 +323,7 @@ vary = {name = "spp", values = [1]}
     }
 
     #[test]
-    fn a_cell_keeps_its_seeds_whatever_happens_to_others() {
+    fn a_cell_keeps_its_seeds_when_others_change() {
         let (before, after) = (plan(STUDY), plan(&STUDY.replace("[1e3, 8e3]", "[1e3, 2e3, 8e3]")));
         let seeds = |plan: &Plan, id: &str| {
             plan.cells.iter().find(|cell| cell.id == id).unwrap().runs.iter().map(|r| r.seed).collect::<Vec<_>>()

@@ -1,4 +1,4 @@
-//! Tables as JSON lines and CSV: records with named fields, in the same order everywhere.
+//! Tables as JSON lines and CSV. All records of a table have the same named fields in the same order.
 
 use std::{fs::OpenOptions, io::Write as _, path::Path};
 
@@ -10,14 +10,14 @@ use crate::film::exr::{FileError, write_whole};
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct TableRow(Vec<(&'static str, Field)>);
 
-/// A field of a record.
+/// The value of a field.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub(super) enum Field {
     Text(String),
     Whole(u64),
     Number(f64),
-    /// Not known, or not a finite number.
+    /// The value is unknown or not finite.
     None,
 }
 
@@ -56,7 +56,7 @@ impl Serialize for TableRow {
 }
 
 impl TableRow {
-    /// Adds a field; names are given once.
+    /// Appends a field. Its name must be new to the row.
     pub(super) fn push(&mut self, name: &'static str, field: impl Into<Field>) {
         self.0.push((name, field.into()));
     }
@@ -73,7 +73,7 @@ impl TableRow {
         self.0.iter().map(|(_, field)| match field {
             Field::Text(text) => text.clone(),
             Field::Whole(number) => number.to_string(),
-            // As in the JSON, so that both can be read back to the same bits.
+            // Formatted as in JSON, so that both files read back to the same bits.
             Field::Number(x) => serde_json::to_string(x).expect("a number is plain data"),
             Field::None => String::new(),
         })
@@ -83,28 +83,28 @@ impl TableRow {
 fn csv(lines: &[TableRow], with_names: bool) -> Vec<u8> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     if let (Some(first), true) = (lines.first(), with_names) {
-        writer.write_record(first.names()).expect("memory takes every line");
+        writer.write_record(first.names()).expect("writing to memory does not fail");
     }
     for line in lines {
         writer.write_record(line.texts()).expect("all lines have the same fields");
     }
-    writer.into_inner().expect("memory takes every line")
+    writer.into_inner().expect("writing to memory does not fail")
 }
 
-/// Writes a table as NAME.jsonl and NAME.csv, in place of what is there.
+/// Writes a table as NAME.jsonl and NAME.csv, replacing existing files.
 ///
 /// # Errors
-/// If they cannot be written.
+/// If a file cannot be written.
 pub(super) fn write(folder: &Path, name: &str, lines: &[TableRow]) -> Result<(), FileError> {
     let json: String = lines.iter().map(TableRow::json).collect();
     write_whole(&folder.join(format!("{name}.jsonl")), json.as_bytes())?;
     write_whole(&folder.join(format!("{name}.csv")), &csv(lines, true))
 }
 
-/// Adds a line to both files of a table, in one write each.
+/// Appends a line to both files of a table, with one write per file.
 ///
 /// # Errors
-/// If they cannot be written.
+/// If a file cannot be written.
 pub(super) fn append(folder: &Path, name: &str, line: &TableRow) -> Result<(), FileError> {
     let add = |extension: &str, bytes: &dyn Fn(bool) -> Vec<u8>| {
         let path = folder.join(format!("{name}.{extension}"));
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn both_forms_say_the_same() {
+    fn json_and_csv_hold_the_same_values() {
         let folder = tempfile::tempdir().unwrap();
         write(folder.path(), "rows", &[line(0.1), line(f64::NAN)]).unwrap();
         let read = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap();
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn a_new_table_gets_its_names() {
+    fn a_new_table_begins_with_column_names() {
         let folder = tempfile::tempdir().unwrap();
         append(folder.path(), "rows", &line(2.0)).unwrap();
         let text = fs::read_to_string(folder.path().join("rows.csv")).unwrap();

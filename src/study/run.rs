@@ -1,4 +1,4 @@
-//! Runs: the images of a study, each made by a process of its own.
+//! Runs: the images of a study, each rendered by a separate process.
 
 use std::{
     collections::BTreeMap,
@@ -16,34 +16,34 @@ use serde::Serialize;
 use super::{StudyError, spec::RendererName};
 use crate::film::exr::{self, FileError};
 
-/// An image to be made.
+/// An image of a study, rendered or to be rendered.
 #[derive(Clone, Debug, Serialize)]
 pub struct Run {
     /// The name of its cell.
     pub cell: String,
-    /// The scene's file.
+    /// The file of the scene.
     pub scene: String,
-    /// The name of the method; "reference" for that of a scene.
+    /// The name of the method; "reference" for a run that renders a reference.
     pub method: String,
-    /// Who makes it.
+    /// The renderer.
     pub renderer: RendererName,
-    /// The value of what is varied.
+    /// The value of the varied parameter.
     pub x: f64,
-    /// Its seed.
+    /// The seed.
     pub seed: u64,
-    /// The image.
+    /// The path of the image.
     pub output: PathBuf,
-    /// The arguments of `etendue` but for the output; None for another renderer.
+    /// The arguments of `etendue`, except the output; None for another renderer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arguments: Option<Vec<String>>,
-    /// What another renderer has to know; None for ours.
+    /// The settings of another renderer; None for etendue.
     #[serde(flatten)]
     pub other: Option<OtherRenderer>,
-    /// What stands in the header of an image that belongs to the plan, as far as it is known.
+    /// The attributes that the image's header must have, as far as they are known.
     pub header: BTreeMap<&'static str, String>,
 }
 
-/// What another renderer has to know.
+/// The settings of another renderer.
 #[derive(Clone, Debug, Serialize)]
 pub struct OtherRenderer {
     pub(super) integrator: String,
@@ -55,8 +55,8 @@ pub struct OtherRenderer {
 }
 
 impl Run {
-    /// Whether its image is there and belongs to the plan: every text that its header should have and has is the same.
-    /// An image without a header of ours (of another renderer) is taken as it is.
+    /// Whether the image exists and belongs to the plan: each planned attribute that its header has must be equal.
+    /// An image of another renderer may lack attributes; one of etendue must have scene hash, parameters, spp and seed.
     #[must_use]
     pub fn is_made(&self) -> bool {
         let Ok(header) = exr::read_attributes(&self.output) else { return false };
@@ -68,26 +68,25 @@ impl Run {
     }
 }
 
-/// What the header of an image of ours cannot lack.
+/// The attributes that every image of etendue must have.
 const REQUIRED: [&str; 4] = ["etendue.scene_sha256", "etendue.parameters", "etendue.spp", "etendue.seed"];
 
-/// How runs are made.
+/// Renders runs in parallel processes.
 #[derive(Clone, Debug)]
 pub struct RunExecutor {
-    /// The program.
+    /// The path of the `etendue` program.
     pub program: PathBuf,
-    /// Processes at a time, at least one.
+    /// The number of concurrent processes, at least 1.
     pub jobs: usize,
-    /// The threads of each.
+    /// The number of threads of each process.
     pub threads: usize,
 }
 
 impl RunExecutor {
-    /// Executes runs of étendue, several at a time, and calls `made` for each when its image exists.
+    /// Renders runs of étendue, several at a time, and calls `made` for each when its image exists.
     ///
     /// # Errors
-    /// The first that occurs: what a process said that failed, or what `made` answers. Those that are under way are
-    /// finished then, and no other is begun.
+    /// The first error that occurs, of a process or of `made`. Processes that have started are finished; no others are started.
     pub fn make(
         &self,
         runs: &[&Run],
@@ -99,16 +98,18 @@ impl RunExecutor {
             for _ in 0..self.jobs.min(runs.len()) {
                 scope.spawn(|| {
                     while !stop.load(Ordering::Relaxed) {
-                        let Some(run) = next.lock().expect("nobody panics with it").next() else { break };
+                        let Some(run) = next.lock().expect("no thread panics while it holds the lock").next() else {
+                            break;
+                        };
                         if let Err(error) = self.one(run).and_then(|()| made(run)) {
                             stop.store(true, Ordering::Relaxed);
-                            failed.lock().expect("nobody panics with it").get_or_insert(error);
+                            failed.lock().expect("no thread panics while it holds the lock").get_or_insert(error);
                         }
                     }
                 });
             }
         });
-        failed.into_inner().expect("nobody panics with it").map_or(Ok(()), Err)
+        failed.into_inner().expect("no thread panics while it holds the lock").map_or(Ok(()), Err)
     }
 
     fn one(&self, run: &Run) -> Result<(), StudyError> {
@@ -122,13 +123,14 @@ impl RunExecutor {
         let output =
             command.stdin(Stdio::null()).stdout(Stdio::null()).output().map_err(|error| fault(error.to_string()))?;
         if !output.status.success() {
-            let said = String::from_utf8_lossy(&output.stderr);
-            let last = said.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("it said nothing").to_owned();
+            let message = String::from_utf8_lossy(&output.stderr);
+            let last =
+                message.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("it printed no message").to_owned();
             return Err(fault(format!("etendue {} failed: {last}", arguments.join(" "))));
         }
         if run.is_made() {
             return Ok(());
         }
-        Err(fault(format!("{}: is not the image that was asked for; its header says otherwise", run.output.display())))
+        Err(fault(format!("{}: does not have the header of the planned image", run.output.display())))
     }
 }

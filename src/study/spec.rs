@@ -1,4 +1,4 @@
-//! What the file of a study may say.
+//! The format of a study's file.
 
 use std::{
     collections::BTreeMap,
@@ -13,33 +13,33 @@ use super::{StudyError, theory::Curve};
 /// A study, as its file describes it.
 #[derive(Debug)]
 pub struct Study {
-    /// The file.
+    /// The path of the file.
     pub file: PathBuf,
-    /// The stem of its name.
+    /// The name: the stem of the file's name.
     pub name: String,
     pub(super) text: String,
     pub(super) spec: StudySpec,
 }
 
 impl Study {
-    /// Its title.
+    /// The title.
     #[must_use]
     pub fn title(&self) -> &str {
         &self.spec.title
     }
 
-    /// A fault at a byte of the file.
+    /// An error at a byte offset of the file.
     pub(super) fn fault(&self, at: usize, what: impl Into<String>) -> StudyError {
         fault(&self.file, &self.text, at, what.into())
     }
 
-    /// A path that the file names, which starts from the file's folder.
+    /// Resolves a path of the file, relative to the file's folder.
     pub(super) fn path(&self, named: &Path) -> PathBuf {
-        plain(&self.file.parent().unwrap_or(Path::new("")).join(named))
+        normalized(&self.file.parent().unwrap_or(Path::new("")).join(named))
     }
 }
 
-/// A fault at a byte of a study's text.
+/// An error at a byte offset of a study's text.
 pub(super) fn fault(file: &Path, text: &str, at: usize, what: String) -> StudyError {
     let before = text.get(..at).unwrap_or(text);
     let line = before.matches('\n').count() + 1;
@@ -47,8 +47,8 @@ pub(super) fn fault(file: &Path, text: &str, at: usize, what: String) -> StudyEr
     StudyError::StudySpec { file: file.to_owned(), line, column, what }
 }
 
-/// A path without steps back over folders that it names.
-fn plain(path: &Path) -> PathBuf {
+/// Removes `.`, and `..` together with the folder before it.
+fn normalized(path: &Path) -> PathBuf {
     let mut parts: Vec<Component<'_>> = Vec::new();
     for part in path.components() {
         match (part, parts.last()) {
@@ -66,7 +66,7 @@ pub(super) struct StudySpec {
     pub(super) title: String,
     #[serde(rename = "about")]
     pub(super) description: String,
-    /// Independent runs of a cell.
+    /// The number of independent runs of a cell.
     pub(super) seeds: Spanned<u32>,
     #[serde(default)]
     pub(super) first_seed: Option<Spanned<u64>>,
@@ -88,32 +88,32 @@ pub(super) struct SceneSpec {
     #[serde(default)]
     pub(super) defines: BTreeMap<String, Scalar>,
     pub(super) mask: Option<Spanned<MaskSpec>>,
-    /// Compare this layer instead of the beauty.
+    /// The layer to compare instead of the beauty.
     pub(super) layer: Option<String>,
-    /// The layer of the reference, if it has another name there; "" is the beauty.
+    /// The layer of the reference if its name differs; "" is the beauty.
     pub(super) reference_layer: Option<String>,
     pub(super) reference: Spanned<ReferenceSpec>,
 }
 
 impl SceneSpec {
-    /// The name in cells and on the page.
+    /// The name in tables and on the page; by default the stem of the file's name.
     pub(super) fn name(&self) -> String {
         let stem = || self.file.as_ref().file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
         self.name.clone().unwrap_or_else(stem)
     }
 }
 
-/// What the image should be.
+/// The reference of a scene.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(super) enum ReferenceSpec {
     /// A folder that `scripts/make_references.py` made.
     Folder(PathBuf),
-    /// An image, with its variances if it has any.
+    /// An image, with its variances if it has them.
     Image(PathBuf),
-    /// Long runs of an integrator without bias.
+    /// Long runs of an unbiased integrator.
     Render(RenderSpec),
-    /// The same colour everywhere, known in closed form.
+    /// A constant colour, known in closed form.
     Value([f64; 3]),
 }
 
@@ -124,7 +124,7 @@ pub(super) struct RenderSpec {
     pub(super) sampler: Option<String>,
     pub(super) spp: u32,
     pub(super) seed: Option<u64>,
-    /// The reference is the mean of independent images; their scatter gives its noise.
+    /// The number of independent images. The reference is their mean; their scatter gives its noise.
     #[serde(default = "one")]
     pub(super) seeds: u32,
     #[serde(default)]
@@ -137,28 +137,28 @@ fn one() -> u32 {
     1
 }
 
-/// Which pixels count: those that satisfy everything that is given.
+/// A mask: the pixels that satisfy all given conditions.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MaskSpec {
-    /// The first column and the first column that is out.
+    /// The first column, and one past the last.
     pub(super) x: Option<[u32; 2]>,
-    /// The first row and the first row that is out.
+    /// The first row, and one past the last.
     pub(super) y: Option<[u32; 2]>,
-    /// Luminances of the reference above this.
+    /// The luminance of the reference must be greater than this.
     pub(super) above: Option<f64>,
-    /// Luminances of the reference below this.
+    /// The luminance of the reference must be less than this.
     pub(super) below: Option<f64>,
 }
 
-/// Who renders.
+/// The renderer of a method.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RendererName {
-    /// This program.
+    /// Étendue, this program.
     #[default]
     Etendue,
-    /// Mitsuba 3, by `scripts/convergence.py`.
+    /// Mitsuba 3, run by `scripts/convergence.py`.
     Mitsuba,
 }
 
@@ -179,7 +179,7 @@ pub(super) struct MethodSpec {
     pub(super) vary: Option<VarySpec>,
     #[serde(default)]
     pub(super) scale: BTreeMap<String, Spanned<ScaleSpec>>,
-    /// Only these scenes.
+    /// A glob pattern for the scenes that the method renders.
     #[serde(default = "any")]
     pub(super) scenes: Spanned<String>,
 }
@@ -188,7 +188,7 @@ fn any() -> Spanned<String> {
     Spanned::new(0..0, "*".into())
 }
 
-/// What is varied: `spp`, a parameter of the integrator, or with a `$` in front one of the scene.
+/// The varied parameter: `spp`, a parameter of the integrator, or, with the prefix `$`, a parameter of the scene.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct VarySpec {
@@ -196,14 +196,14 @@ pub(super) struct VarySpec {
     pub(super) values: Spanned<Vec<f64>>,
 }
 
-/// A parameter that follows what is varied by a power law: value (x / at)^power.
+/// A parameter that depends on the varied parameter x by a power law: value (x / at)^power.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ScaleSpec {
     pub(super) at: f64,
     pub(super) value: f64,
     pub(super) power: f64,
-    /// Whether it is rounded to a whole number.
+    /// Whether the result is rounded to a whole number.
     #[serde(default)]
     pub(super) whole: bool,
 }
@@ -215,7 +215,7 @@ impl ScaleSpec {
     }
 }
 
-/// A value that stands in an argument.
+/// A parameter's value.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(untagged)]
 pub(super) enum Scalar {
@@ -236,7 +236,7 @@ impl std::fmt::Display for Scalar {
     }
 }
 
-/// What is measured of a cell.
+/// An error measure of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Quantity {
@@ -250,7 +250,7 @@ pub(super) enum Quantity {
 }
 
 impl Quantity {
-    /// As it stands in tables.
+    /// The name in tables.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Mse => "mse",
@@ -263,7 +263,7 @@ impl Quantity {
         }
     }
 
-    /// As it stands on axes.
+    /// The title of an axis.
     pub(super) fn title(self) -> &'static str {
         match self {
             Self::Mse => "MSE",
@@ -277,14 +277,14 @@ impl Quantity {
     }
 }
 
-/// Over what a curve is drawn and fitted.
+/// The x axis of plots and fits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Axis {
-    /// What the method varies.
+    /// The parameter that the method varies.
     #[default]
     X,
-    /// The time of all cores.
+    /// Core-seconds: the time summed over all cores.
     CoreSeconds,
 }
 
@@ -301,19 +301,19 @@ pub(super) struct FitSpec {
     pub(super) methods: Spanned<String>,
     #[serde(default = "any")]
     pub(super) scenes: Spanned<String>,
-    /// Only points from the first to the second x.
+    /// Restricts the fit to points from the first to the second x, inclusive.
     pub(super) range: Option<[f64; 2]>,
     pub(super) slope: Option<f64>,
     pub(super) slope_within: Option<[f64; 2]>,
     /// One curve or two, each with a free amplitude.
     pub(super) finite_n: Option<Vec<Curve>>,
-    /// What the amplitudes are, as far as that is predicted.
+    /// The predicted amplitudes, in the order of the curves; there may be fewer.
     #[serde(default)]
     pub(super) amplitudes: Vec<f64>,
-    /// Predicts that it is 0 everywhere.
+    /// Predicts that y is 0 in every cell.
     #[serde(default)]
     pub(super) zero: bool,
-    /// Half of the widest interval of a slope that decides.
+    /// The maximum half-width of a slope's interval for which the prediction can hold.
     pub(super) half_width: Option<f64>,
 }
 
@@ -329,9 +329,9 @@ pub(super) struct ComparisonSpec {
     pub(super) x: Axis,
     #[serde(default)]
     pub(super) masked: bool,
-    /// Where they are compared; the geometric middle of what both cover, if it is not given.
+    /// The x of the comparison; by default the geometric mean of the ends of the range that both methods cover.
     pub(super) at: Option<f64>,
-    /// Predicts which is the lower there.
+    /// The method predicted to have the lower y at that x.
     #[serde(rename = "lower")]
     pub(super) expected_lower: Option<String>,
 }
@@ -349,14 +349,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn paths_are_plain() {
+    fn paths_are_normalized() {
         for (path, expected) in [("a/b/../c.xml", "a/c.xml"), ("../a/./b", "../a/b"), ("/a/../b", "/b"), ("a/..", "")] {
-            assert_eq!(plain(Path::new(path)), Path::new(expected), "{path}");
+            assert_eq!(normalized(Path::new(path)), Path::new(expected), "{path}");
         }
     }
 
     #[test]
-    fn powers_scale() {
+    fn scales_follow_a_power_law() {
         let scale = ScaleSpec { at: 100.0, value: 8.0, power: 2.0 / 3.0, whole: true };
         assert_eq!((scale.value(100.0), scale.value(800.0), scale.value(120.0)), (8.0, 32.0, 9.0));
     }

@@ -1,19 +1,21 @@
 //! The structural similarity of two pictures.
 //!
-//! Of the crates that have it, one is under the AGPL, one is for video frames in decibels, and one (image-compare 0.5)
-//! takes sums where variances belong, which makes its second constant 64 times too small; hence these lines.
+//! No crate was suitable: one is under the AGPL, one measures video frames in decibels, and one (image-compare 0.5) uses sums
+//! instead of variances, which makes its second constant 64 times too small.
 
 use crate::film::picture::RgbImage;
 
-/// Half the window: 11 x 11 pixels.
+/// The radius of the window, which has 11 x 11 pixels.
 const REACH: usize = 5;
+/// The standard deviation of the window in pixels.
 const SIGMA: f64 = 1.5;
-/// (K₁ L)² and (K₂ L)² for values from 0 to 1.
+/// (K₁ L)² for values from 0 to 1.
 const C1: f64 = 0.01 * 0.01;
+/// (K₂ L)² for values from 0 to 1.
 const C2: f64 = 0.03 * 0.03;
 
-/// The mean of the SSIM of the luma of two pictures of the same size over all windows that lie within them; 1 if they
-/// are the same. None if they are smaller than a window.
+/// The mean SSIM of the luma of two pictures of the same size, over all windows within them. It is 1 if the pictures are
+/// equal. None if they are smaller than a window.
 ///
 /// Wang et al. 2004, "Image Quality Assessment: From Error Visibility to Structural Similarity", eq. (13), with its
 /// Gaussian window of σ = 1.5. Luma is 0.2126 R + 0.7152 G + 0.0722 B of the encoded values.
@@ -39,7 +41,7 @@ pub(super) fn mean(test: &RgbImage, reference: &RgbImage) -> Option<f64> {
     Some((0..mx.len()).map(at).sum::<f64>() / mx.len() as f64)
 }
 
-/// The Gaussian means about all pixels whose windows lie within, row by row.
+/// The Gaussian-weighted means around all pixels whose windows lie within the picture, row by row.
 fn blurred(values: &[f64], width: usize) -> Vec<f64> {
     let weights: Vec<f64> =
         (0..=2 * REACH).map(|i| (-0.5 * ((i as f64 - REACH as f64) / SIGMA).powi(2)).exp()).collect();
@@ -54,7 +56,7 @@ fn blurred(values: &[f64], width: usize) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// Grey pictures of 20 x 16: a slope, and the same with a pattern on it.
+    /// Grey pictures of 20 x 16 pixels: a gradient, and the gradient with a pattern added.
     fn pictures() -> [RgbImage; 2] {
         let slope = |x: u32, y: u32| 10 + 7 * x + 3 * y;
         let grey = |byte: u32| [byte as u8; 3];
@@ -76,7 +78,7 @@ mod tests {
     const SCIPY: f64 = 0.3747042157884819;
 
     #[test]
-    fn the_same_is_one_and_too_small_is_none() {
+    fn equal_pictures_have_ssim_1_and_small_ones_none() {
         let [a, _] = pictures();
         assert!((mean(&a, &a).unwrap() - 1.0).abs() < 1e-12);
         let small = RgbImage::from_fn(10, 40, |_, _| [0; 3]);

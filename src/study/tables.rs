@@ -11,7 +11,7 @@ use super::{
 };
 use crate::film::Image;
 
-/// The cost of an image, from its header.
+/// Time and memory used to render an image, from its header.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ResourceUse {
     pub(super) seconds: Option<f64>,
@@ -33,7 +33,7 @@ impl ResourceUse {
     }
 }
 
-/// What is known of a run that was made.
+/// The measured errors and header attributes of a run.
 #[derive(Clone, Debug)]
 pub(super) struct RunResult {
     pub(super) measures: Measures,
@@ -65,7 +65,7 @@ pub(super) fn renderer(name: RendererName) -> &'static str {
     }
 }
 
-/// The row of a run.
+/// The table row of a run.
 pub(super) fn row(study: &Study, cell: &Cell, run: &Run, made: &RunResult, target: &Target) -> TableRow {
     let (m, header) = (&made.measures, &run.header);
     let mut row = TableRow::default();
@@ -99,18 +99,18 @@ pub(super) fn row(study: &Study, cell: &Cell, run: &Run, made: &RunResult, targe
     row
 }
 
-/// What is known of a cell whose runs were made, or some of them.
+/// The results of a cell of which at least one run has an image.
 #[derive(Clone, Debug)]
 pub(super) struct CellFound {
     pub(super) cell: Cell,
     pub(super) scene: String,
     pub(super) method: String,
     pub(super) renderer: RendererName,
-    /// How many runs there are.
+    /// The number of runs with an image.
     pub(super) seeds: usize,
-    /// Over all pixels.
+    /// The errors over all pixels.
     pub(super) whole: ErrorDecomposition,
-    /// Over those of the mask.
+    /// The errors over the pixels of the mask; None without a mask.
     pub(super) masked: Option<ErrorDecomposition>,
     pub(super) relative_mse: Option<Uncertain>,
     pub(super) flip: Option<Uncertain>,
@@ -121,7 +121,7 @@ pub(super) struct CellFound {
 }
 
 impl CellFound {
-    /// A quantity of it.
+    /// The value of a quantity; None if unknown.
     pub(super) fn quantity(&self, what: Quantity, masked: bool) -> Option<Uncertain> {
         let error_decomposition = if masked { self.masked.as_ref()? } else { &self.whole };
         match what {
@@ -135,16 +135,17 @@ impl CellFound {
         }
     }
 
-    /// 1 / (MSE x core seconds), with its error to first order; None where either is not known.
+    /// The efficiency 1 / (MSE x core-seconds), with its standard error to first order; None if either is unknown or not
+    /// positive.
     pub(super) fn efficiency(&self, masked: bool) -> Option<Uncertain> {
         let (mse, time) = (self.quantity(Quantity::Mse, masked)?, self.core_seconds?);
         let value = 1.0 / (mse.value * time.value);
-        let share = |x: Uncertain| x.std_error.map(|error| error / x.value);
-        let error = share(mse).zip(share(time)).map(|(a, b)| value * a.hypot(b));
+        let relative_error = |x: Uncertain| x.std_error.map(|error| error / x.value);
+        let error = relative_error(mse).zip(relative_error(time)).map(|(a, b)| value * a.hypot(b));
         (mse.value > 0.0 && time.value > 0.0).then_some(Uncertain { value, std_error: error })
     }
 
-    /// The line of a cell.
+    /// The table row of the cell.
     pub(super) fn record(&self, study: &Study) -> TableRow {
         let mut line = TableRow::default();
         line.push("study", study.name.as_str());

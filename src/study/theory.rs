@@ -1,56 +1,58 @@
-//! Curves that theory predicts at finite sample counts, up to an amplitude.
+//! Theoretical curves at finite sample counts, up to an amplitude.
 
 use serde::{Deserialize, Serialize};
 
 /// A predicted curve over N, the number of samples, passes or photons.
 ///
-/// Those of progressive photon mapping are after Knaus and Zwicker 2011, "Progressive Photon Mapping: A Probabilistic
-/// Approach", section 4: the radius of pass i follows r²_{i+1} = r²_i (i + α) / (i + 1). They are sums, not their
-/// asymptotes: at a thousand passes a slope is still off by 0.02.
+/// The curves of progressive photon mapping follow Knaus and Zwicker 2011, "Progressive Photon Mapping: A Probabilistic
+/// Approach", section 4: the radius of pass i follows r²_{i+1} = r²_i (i + α) / (i + 1). The curves are exact sums, because
+/// at a thousand passes the slope still differs from its asymptote by 0.02.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(super) enum Curve {
     /// 1/N, the variance of the mean of N independent samples.
     Independent,
-    /// 1: what does not go away.
+    /// 1: an error that does not decrease.
     Constant,
     /// N to a power.
     Power {
-        /// The power.
+        /// The exponent.
         exponent: f64,
     },
     /// The variance of N passes, N⁻² Σ r₁²/r_i².
     ProgressiveVariance {
-        /// Between 0 and 1.
+        /// α, between 0 and 1.
         alpha: f64,
     },
     /// The bias of N passes, the mean of r_i²/r₁².
     ProgressiveBias {
-        /// Between 0 and 1.
+        /// α, between 0 and 1.
         alpha: f64,
     },
-    /// The square of that.
+    /// The square of [`Curve::ProgressiveBias`].
     ProgressiveSquaredBias {
-        /// Between 0 and 1.
+        /// α, between 0 and 1.
         alpha: f64,
     },
 }
 
 impl Curve {
-    /// What about its parameters cannot be, if anything.
+    /// What is wrong with the parameters; None if they are valid.
     pub(super) fn fault(&self) -> Option<String> {
         match *self {
             Self::Independent | Self::Constant => None,
-            Self::Power { exponent } => (!exponent.is_finite()).then(|| format!("the exponent is {exponent}")),
+            Self::Power { exponent } => {
+                (!exponent.is_finite()).then(|| format!("the exponent is {exponent}; write a finite number"))
+            }
             Self::ProgressiveVariance { alpha }
             | Self::ProgressiveBias { alpha }
             | Self::ProgressiveSquaredBias { alpha } => {
-                (!(alpha > 0.0 && alpha < 1.0)).then(|| format!("alpha is {alpha}; it lies between 0 and 1"))
+                (!(alpha > 0.0 && alpha < 1.0)).then(|| format!("alpha is {alpha}; write a number between 0 and 1"))
             }
         }
     }
 
-    /// Its value at N above 0; progressive curves round N to a whole number of passes, at least one.
+    /// The value of the curve at N > 0; progressive curves round N to a whole number of passes, at least one.
     pub(super) fn at(&self, n: f64) -> f64 {
         let passes = n.round().max(1.0) as u64;
         match *self {
@@ -65,7 +67,7 @@ impl Curve {
         }
     }
 
-    /// In words, for tables.
+    /// The formula or name of the curve, for tables.
     pub(super) fn words(&self) -> String {
         match *self {
             Self::Independent => "1/N".into(),
@@ -78,8 +80,8 @@ impl Curve {
     }
 }
 
-/// The squares of the radii of progressive passes over that of the first. By a recursion of its own:
-/// a prediction that shared its function with the integrator would share its faults.
+/// The squared radii of progressive passes, relative to the first. The recursion is independent of the integrator's code, so
+/// that a fault there does not affect the prediction.
 struct Radii {
     alpha: f64,
     pass: f64,
@@ -120,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn progressive_curves_by_hand() {
+    fn progressive_curves_match_hand_calculation() {
         // α = ½: r² = 1, ¾, ¾·⅚ = ⅝.
         let (variance, bias) = (Curve::ProgressiveVariance { alpha: 0.5 }, Curve::ProgressiveBias { alpha: 0.5 });
         assert!((variance.at(3.0) - (1.0 + 4.0 / 3.0 + 8.0 / 5.0) / 9.0).abs() < 1e-15);
@@ -130,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn slopes_far_out_are_those_of_theory() {
+    fn slopes_at_large_n_match_theory() {
         for alpha in [0.5, 2.0 / 3.0, 0.8] {
             let slope = |curve: Curve| (curve.at(2e6) / curve.at(1e6)).log2();
             assert!((slope(Curve::ProgressiveVariance { alpha }) + alpha).abs() < 1e-3);

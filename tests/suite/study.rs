@@ -183,7 +183,7 @@ fn a_fit_without_power_fails() {
 }
 
 #[test]
-fn what_cannot_be_a_study_is_one_line() {
+fn invalid_studies_are_reported_in_one_line() {
     let other_size = short()
         .replace("reference = {render = {integrator = \"path\", spp = 64}}", "reference = {image = \"other.exr\"}");
     let cases = [
@@ -194,12 +194,12 @@ fn what_cannot_be_a_study_is_one_line() {
             "study.toml:4:9: seeds is 1, but [[fit]] and [[compare]] need the scatter",
         ),
         (short().replace("scene.xml", "missing.xml"), "study.toml:7:8: there is no scene missing.xml"),
-        (short().replace("[4, 16]", "[4, inf]"), "what is varied takes whole numbers from 1"),
+        (short().replace("[4, 16]", "[4, inf]"), "the values of vary must be whole numbers from 1"),
         (
             short().replace("integrator = \"path\"\nvary", "integrator = \"pth\"\nvary"),
             "no integrator is called \"pth\"",
         ),
-        (short().replace("y = [4, 12]", "above = 1e9"), "study.toml:9:8: the mask leaves no pixel"),
+        (short().replace("y = [4, 12]", "above = 1e9"), "study.toml:9:8: the mask contains no pixel"),
         (other_size, "is 12x12 pixels; the reference has 10x12"),
         ("title = ".into(), "study.toml:1:"),
     ];
