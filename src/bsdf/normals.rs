@@ -21,7 +21,7 @@ impl Described for Normals {
         summary: "Shows the shading normal as a colour; not physical.",
         params: &[],
         examples: &[r#"<bsdf type="normals"/>"#],
-        evidence: &["radiometry/self_emission", "reference/figure-2-normals"],
+        evidence: &["radiometry/self-emission", "reference/figure-2-normals"],
     };
 
     fn read(_params: &Params<'_>) -> Result<Self, SceneError> {

@@ -1,4 +1,4 @@
-//! What is left of light that goes through media which absorb it.
+//! Absorption inside dielectrics (Beer and Lambert).
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -8,49 +8,52 @@ use crate::{
     bsdf::fresnel,
     law::{Check, Effort, Finding, Law},
     math::Rgb,
-    validation::setup::{ALBEDO, CHANNELS, RADIANCE, Setup, area, diffuse, direct, patch, path, sky, triple},
+    validation::setup::{
+        ALBEDO, CHANNELS, RADIANCE, Setup, area, diffuse, direct, environment, path, small_disk, triple,
+    },
 };
 
-/// These laws.
+/// The laws of absorption.
 pub const LAWS: &[Law] = &[
     Law {
         name: "absorption/slab",
-        claim: "In an even sky L, an absorbing slab of thickness d shows (R + (1 - R)² a / (1 - R a)) L with a = exp(-σ d / cos θ'); \
-                over a light (1 - R)² a / (1 - R² a²) of it, and (1 - R)² a of it after one passage.",
-        source: "geometric series; Beer and Lambert; at 60° in green 0.57404473",
+        claim: "In a constant environment of radiance L, an absorbing slab of thickness d has the radiance (R + (1 - R)² a / (1 - R a)) L \
+                with a = exp(-σ d / cos θ'). It transmits (1 - R)² a / (1 - R² a²) of a light behind it, and (1 - R)² a without \
+                internal reflections.",
+        source: "geometric series; Beer and Lambert; 0.57404473 at 60° in green",
         check: Check::Analytic(slab),
     },
     Law {
         name: "absorption/ball",
-        claim: "In an even sky L, a ray that meets an absorbing ball of radius r at the height h r sees (R + (1 - R)² a / (1 - R a)) L \
-                with a = exp(-2 σ r cos θ'), at three heights.",
-        source: "all chords of one ray are equal; on the axis 0.81206747, 0.34467584, 0.05382822",
-        check: Check::Analytic(ball),
+        claim: "In a constant environment of radiance L, a ray at the distance h r from the centre of an absorbing sphere of radius r \
+                has the radiance (R + (1 - R)² a / (1 - R a)) L with a = exp(-2 σ r cos θ'), at three values of h.",
+        source: "all chords of one ray are equal; 0.81206747, 0.34467584, 0.05382822 through the centre",
+        check: Check::Analytic(sphere),
     },
     Law {
         name: "absorption/immersed",
-        claim: "A surface at the depth h in an absorbing medium, under an even sky L and seen straight from above: \
-                R L + ρ L (1 - R) e^(-σ h) ∫ 2 μ (1 - R(μ)) e^(-σ h / μ) dμ after one passage each way; without \
-                refraction the integral is 2 E₃(σ h).",
+        claim: "A diffuse surface at the depth h in an absorbing medium, under a constant environment of radiance L, has from straight \
+                above the radiance R L + ρ L (1 - R) e^(-σ h) ∫ 2 μ (1 - R(μ)) e^(-σ h / μ) dμ, for light that crosses the \
+                interface once each way. Without refraction the integral is 2 E₃(σ h).",
         source: "exponential integral; 2 E₃ of 0.09, 0.48, 1.8 is 0.84721921, 0.45650168, 0.07743143",
         check: Check::Analytic(immersed),
     },
     Law {
         name: "absorption/touching",
-        claim: "Two absorbing layers that touch show what the adding method says, whichever of both the interface between \
-                them has inside.",
+        claim: "Two touching absorbing layers have the radiance that the adding method predicts, whichever layer is the inside of \
+                their common interface.",
         source: "van de Hulst 1980, chapter 4: adding of layers",
         check: Check::Analytic(touching),
     },
     Law {
         name: "absorption/integrators",
-        claim: "Direct light, connections to lights and transparent shadows are absorbed on every stretch within the medium.",
+        claim: "Camera rays, shadow rays and transparent shadows are attenuated along every segment inside the medium.",
         source: "Beer and Lambert; Fresnel",
-        check: Check::Analytic(ways),
+        check: Check::Analytic(integrators),
     },
 ];
 
-/// Per unit of length.
+/// The absorption coefficient, per unit length.
 const ABSORPTION: Rgb = Rgb::new(0.15, 0.8, 3.0);
 const INDEX: f64 = 1.5;
 
@@ -62,32 +65,32 @@ fn glass(inside: f64, outside: f64, absorption: Rgb) -> String {
     )
 }
 
-/// What is left after a distance.
-fn rest(absorption: Rgb, distance: f64) -> Rgb {
+/// The transmittance over a distance.
+fn transmittance(absorption: Rgb, distance: f64) -> Rgb {
     (-absorption * distance).exp()
 }
 
-/// What a body shows in an even sky, if every passage leaves so much.
-fn in_even_sky(reflectance: f64, a: Rgb) -> Rgb {
+/// The radiance of a body in a constant environment of radiance 1, if each internal chord has the transmittance `a`.
+fn in_constant_environment(reflectance: f64, a: Rgb) -> Rgb {
     Rgb::splat(reflectance) + (1.0 - reflectance).powi(2) * a / (Rgb::ONE - reflectance * a)
 }
 
-/// A medium between two heights, without ends.
+/// A medium between the heights `low` and `high`, wide enough to act as infinite.
 fn layer(low: f64, high: f64, bsdf: &str) -> String {
     let (z, half) = (0.5 * (low + high), 0.5 * (high - low));
     let to_world = format!(r#"<scale x="1000" y="1000" z="{half}"/><translate z="{z}"/>"#);
     format!(r#"<shape type="cube"><transform name="to_world">{to_world}</transform>{bsdf}</shape>"#)
 }
 
-/// A light that shines up from a height.
+/// A wide area light at the height `z` that faces up.
 fn floor_light(z: f64) -> String {
     let to_world =
         format!(r#"<transform name="to_world"><scale value="2000"/><translate x="1" y="-3" z="{z}"/></transform>"#);
     format!(r#"<shape type="rectangle">{to_world}{}</shape>"#, area(RADIANCE))
 }
 
-/// A ray that comes down at an angle, and its cosine, that beyond the surface, and the reflectance there.
-fn falling(degrees: f64) -> ((DVec3, DVec3), f64, f64) {
+/// A ray that descends at an angle to the vertical, the cosine of its refracted angle, and the Fresnel reflectance.
+fn descending(degrees: f64) -> ((DVec3, DVec3), f64, f64) {
     let (sin, cos) = degrees.to_radians().sin_cos();
     let ray = (DVec3::new(0.2, -0.1, 3.0), DVec3::new(0.6 * sin, -0.8 * sin, -cos));
     (ray, (sin / INDEX).asin().cos(), fresnel::dielectric(cos, INDEX).reflectance)
@@ -96,18 +99,18 @@ fn falling(degrees: f64) -> ((DVec3, DVec3), f64, f64) {
 fn slab(effort: Effort) -> Vec<Finding> {
     let (samples, thickness) = (effort.samples(20_000), 0.6);
     let pane = layer(-0.4, 0.2, &glass(INDEX, 1.0, ABSORPTION));
-    let immersed = Setup::new(&path(-1, 5), &(pane.clone() + &sky(RADIANCE)));
+    let immersed = Setup::new(&path(-1, 5), &(pane.clone() + &environment(RADIANCE)));
     let lit = Setup::new(&path(-1, 5), &(pane.clone() + &floor_light(-4.0)));
     let once = Setup::new(&path(3, 100), &(pane + &floor_light(-4.0)));
     let mut findings = Vec::new();
     for degrees in [0.0, 60.0, 80.0] {
-        let (ray, cos, r) = falling(degrees);
-        let a = rest(ABSORPTION, thickness / cos);
-        let expected = in_even_sky(r, a);
+        let (ray, cos, r) = descending(degrees);
+        let a = transmittance(ABSORPTION, thickness / cos);
+        let expected = in_constant_environment(r, a);
         if degrees == 60.0 {
             findings.push(Finding::value("60°, the closed form", expected.y, 0.574_044_73, 1e-8));
         }
-        findings.extend(immersed.test(&format!("{degrees}°, even sky"), ray, samples, expected * RADIANCE));
+        findings.extend(immersed.test(&format!("{degrees}°, constant environment"), ray, samples, expected * RADIANCE));
         let through = (1.0 - r).powi(2) * a;
         let expected = through / (Rgb::ONE - r * r * a * a) * RADIANCE;
         findings.extend(lit.test(&format!("{degrees}°, over a light"), ray, samples, expected));
@@ -116,17 +119,18 @@ fn slab(effort: Effort) -> Vec<Finding> {
     findings
 }
 
-fn ball(effort: Effort) -> Vec<Finding> {
+fn sphere(effort: Effort) -> Vec<Finding> {
     let (centre, radius) = (DVec3::new(0.3, -0.2, 0.5), 0.7);
     let shape = format!(
         r#"<shape type="sphere"><point name="center" x="0.3" y="-0.2" z="0.5"/><float name="radius" value="{radius}"/>{}</shape>"#,
         glass(INDEX, 1.0, ABSORPTION)
     );
-    let setup = Setup::new(&path(-1, 5), &(shape + &sky(RADIANCE)));
+    let setup = Setup::new(&path(-1, 5), &(shape + &environment(RADIANCE)));
     let mut findings = Vec::new();
     for h in [0.0, 0.5, 0.9_f64] {
         let reflectance = fresnel::dielectric(h.asin().cos(), INDEX).reflectance;
-        let expected = in_even_sky(reflectance, rest(ABSORPTION, 2.0 * radius * (h / INDEX).asin().cos()));
+        let expected =
+            in_constant_environment(reflectance, transmittance(ABSORPTION, 2.0 * radius * (h / INDEX).asin().cos()));
         if h == 0.0 {
             for (i, number) in [0.812_067_47, 0.344_675_84, 0.053_828_22].into_iter().enumerate() {
                 findings.push(Finding::value(format!("the closed form, {i}"), expected[i], number, 1e-8));
@@ -138,8 +142,8 @@ fn ball(effort: Effort) -> Vec<Finding> {
     findings
 }
 
-/// `∫ 2 μ (1 - R(μ)) exp(-x / μ) dμ` over the cosines within the medium, by the midpoint rule.
-fn let_in(index: f64, x: f64) -> f64 {
+/// `∫ 2 μ (1 - R(μ)) exp(-x / μ) dμ` over the cosines inside the medium, by the midpoint rule.
+fn transmitted_integral(index: f64, x: f64) -> f64 {
     const STEPS: u32 = 20_000;
     let term = |i: u32| {
         let mu = (f64::from(i) + 0.5) / f64::from(STEPS);
@@ -152,44 +156,45 @@ fn immersed(effort: Effort) -> Vec<Finding> {
     let depth = 0.6;
     let mut findings = Vec::new();
     for (x, number) in [(0.09, 0.847_219_21), (0.48, 0.456_501_68), (1.8, 0.077_431_43)] {
-        findings.push(Finding::value(format!("2 E₃({x})"), let_in(1.0, x), number, 1e-7));
+        findings.push(Finding::value(format!("2 E₃({x})"), transmitted_integral(1.0, x), number, 1e-7));
     }
     for index in [1.0, INDEX] {
         let medium = layer(-1000.0, 0.2, &glass(index, 1.0, ABSORPTION));
-        let scene = sky(RADIANCE) + &medium + &patch(DVec3::new(0.0, 0.0, 0.2 - depth), DVec3::Z, ALBEDO);
-        let integral = (ABSORPTION * depth).map(|x| let_in(index, x));
+        let scene = environment(RADIANCE) + &medium + &small_disk(DVec3::new(0.0, 0.0, 0.2 - depth), DVec3::Z, ALBEDO);
+        let integral = (ABSORPTION * depth).map(|x| transmitted_integral(index, x));
         let r = fresnel::dielectric(1.0, index).reflectance;
-        let expected = (r + (1.0 - r) * rest(ABSORPTION, depth) * ALBEDO * integral) * RADIANCE;
+        let expected = (r + (1.0 - r) * transmittance(ABSORPTION, depth) * ALBEDO * integral) * RADIANCE;
         let ray = (DVec3::new(0.0, 0.0, 2.0), -DVec3::Z);
-        // The camera, the surface of the medium, the patch, the surface again, the sky.
+        // A path of depth 4: camera, interface, disk, interface, environment.
         let setup = Setup::new(&path(4, 100), &scene);
         findings.extend(setup.test(&format!("index {index}"), ray, effort.samples(100_000), expected));
     }
     findings
 }
 
-/// The share of what comes down on a stack of layers that goes up again, and the share of the light from below that
-/// gets through, per channel; scaled by the squares of the indices.
+/// The reflectance from above and the transmittance from below of a stack of layers, per channel.
+///
+/// Radiances are divided by the square of the index.
 #[derive(Clone, Copy)]
 struct Stack {
     reflected: Rgb,
-    passed: Rgb,
+    transmitted: Rgb,
 }
 
 impl Stack {
-    const EMPTY: Self = Self { reflected: Rgb::ZERO, passed: Rgb::ONE };
+    const EMPTY: Self = Self { reflected: Rgb::ZERO, transmitted: Rgb::ONE };
 
-    /// An absorbing layer upon it.
+    /// The stack with an absorbing layer of transmittance `a` on top.
     fn under_layer(self, a: Rgb) -> Self {
-        Self { reflected: a * a * self.reflected, passed: a * self.passed }
+        Self { reflected: a * a * self.reflected, transmitted: a * self.transmitted }
     }
 
-    /// An interface upon it.
+    /// The stack with an interface of reflectance `r` on top.
     fn under_interface(self, r: f64) -> Self {
         let series = Rgb::ONE / (Rgb::ONE - r * self.reflected);
         Self {
             reflected: Rgb::splat(r) + (1.0 - r).powi(2) * self.reflected * series,
-            passed: (1.0 - r) * self.passed * series,
+            transmitted: (1.0 - r) * self.transmitted * series,
         }
     }
 }
@@ -211,7 +216,7 @@ fn touching(effort: Effort) -> Vec<Finding> {
     ];
     let mut findings = Vec::new();
     for (inside, middle) in middles {
-        let setup = Setup::new(&path(-1, 5), &(top.clone() + &middle + &bottom + &sky(RADIANCE)));
+        let setup = Setup::new(&path(-1, 5), &(top.clone() + &middle + &bottom + &environment(RADIANCE)));
         for degrees in [0.0, 50.0, 75.0_f64] {
             let (sin, cos) = degrees.to_radians().sin_cos();
             let within = |index: f64| (sin / index).asin().cos();
@@ -222,12 +227,12 @@ fn touching(effort: Effort) -> Vec<Finding> {
             ];
             let stack = Stack::EMPTY
                 .under_interface(r[2])
-                .under_layer(rest(lower_absorption, thin / within(lower)))
+                .under_layer(transmittance(lower_absorption, thin / within(lower)))
                 .under_interface(r[1])
-                .under_layer(rest(upper_absorption, thick / within(upper)))
+                .under_layer(transmittance(upper_absorption, thick / within(upper)))
                 .under_interface(r[0]);
             let ray = (DVec3::new(0.1, 0.3, 2.0), DVec3::new(0.6 * sin, 0.8 * sin, -cos));
-            let expected = (stack.reflected + stack.passed) * RADIANCE;
+            let expected = (stack.reflected + stack.transmitted) * RADIANCE;
             let subject = format!("{degrees}°, {inside} inside");
             findings.extend(setup.test(&subject, ray, effort.samples(20_000), expected));
         }
@@ -235,25 +240,25 @@ fn touching(effort: Effort) -> Vec<Finding> {
     findings
 }
 
-fn ways(effort: Effort) -> Vec<Finding> {
+fn integrators(effort: Effort) -> Vec<Finding> {
     let samples = effort.samples(20_000);
     let medium = layer(-1.0, 0.2, &glass(INDEX, 1.0, ABSORPTION));
     let mut findings = Vec::new();
 
-    // Down to a light within the medium, and up from a camera within it.
-    let (ray, cos, r) = falling(50.0);
+    // A ray down to a light inside the medium, and a ray up from a camera inside it.
+    let (ray, cos, r) = descending(50.0);
     let lit = Setup::new(&direct(1, 1), &(medium.clone() + &floor_light(-0.5)));
-    let expected = (1.0 - r) / (INDEX * INDEX) * rest(ABSORPTION, 0.7 / cos) * RADIANCE;
+    let expected = (1.0 - r) / (INDEX * INDEX) * transmittance(ABSORPTION, 0.7 / cos) * RADIANCE;
     findings.extend(lit.test("direct, a light within", ray, samples, expected));
     let up = (DVec3::new(0.1, 0.2, -0.6), DVec3::new(0.3, 0.0, 0.91_f64.sqrt()));
     let r = fresnel::dielectric(-up.1.z, INDEX).reflectance;
-    let expected = INDEX * INDEX * (1.0 - r) * rest(ABSORPTION, 0.8 / up.1.z) * RADIANCE;
-    let open = Setup::new(&direct(1, 1), &(medium + &sky(RADIANCE)));
+    let expected = INDEX * INDEX * (1.0 - r) * transmittance(ABSORPTION, 0.8 / up.1.z) * RADIANCE;
+    let open = Setup::new(&direct(1, 1), &(medium + &environment(RADIANCE)));
     findings.extend(open.test("direct, a camera within", up, samples, expected));
 
     for (name, integrator) in [("path", path(2, 5)), ("direct", direct(1, 1))] {
         findings.extend(painted(name, &integrator));
-        findings.extend(straight(name, &integrator));
+        findings.extend(transparent_shadows(name, &integrator));
     }
     findings
 }
@@ -265,7 +270,7 @@ fn bulb(z: f64) -> String {
     )
 }
 
-/// The ceiling of a medium that does not refract, half of it painted, seen from within and lit by a bulb within.
+/// The upper interface of a medium that does not refract, blended half with paint. The camera and the light are inside.
 fn painted(name: &str, integrator: &str) -> Vec<Finding> {
     let paint = format!(r#"<bsdf type="twosided">{}</bsdf>"#, diffuse(ALBEDO));
     let bsdf = format!(r#"<bsdf type="blendbsdf">{paint}{}</bsdf>"#, glass(1.0, 1.0, ABSORPTION));
@@ -273,28 +278,29 @@ fn painted(name: &str, integrator: &str) -> Vec<Finding> {
     let (origin, p) = (DVec3::new(-0.2, 0.0, -0.7), DVec3::new(0.1, 0.3, 0.2));
     let to_bulb = DVec3::new(0.4, 0.1, -0.5) - p;
     let d = to_bulb.length();
-    let irradiance = RADIANCE * (-to_bulb.z / d.powi(3)) * rest(ABSORPTION, d);
-    let expected = 0.5 * ALBEDO * FRAC_1_PI * irradiance * rest(ABSORPTION, (p - origin).length());
+    let irradiance = RADIANCE * (-to_bulb.z / d.powi(3)) * transmittance(ABSORPTION, d);
+    let expected = 0.5 * ALBEDO * FRAC_1_PI * irradiance * transmittance(ABSORPTION, (p - origin).length());
     let found = setup.once(origin, p - origin, 30);
-    // Connections end short of their light by some 1e-9 of the way.
+    // Shadow rays end at a relative distance of about 1e-9 before their light.
     let bound = |i: usize| 1e-8 * expected[i];
     let subject = |i: usize| format!("{name}, a connection within, {}", CHANNELS[i]);
     (0..3).map(|i| Finding::value(subject(i), found[i], expected[i], bound(i))).collect()
 }
 
-/// The floor under a pane, and a patch in one, lit straight through.
-fn straight(name: &str, integrator: &str) -> Vec<Finding> {
+/// A disk below a pane and a disk inside one, lit by transparent shadow rays.
+fn transparent_shadows(name: &str, integrator: &str) -> Vec<Finding> {
     let transparent =
         integrator.replace("</integrator>", r#"<boolean name="transparent_shadows" value="true"/></integrator>"#);
     let mut findings = Vec::new();
     let pane = layer(-0.3, 0.2, &glass(INDEX, 1.0, ABSORPTION));
     for (subject, z, faces, within) in [("below", -1.0, 2, 0.5), ("in", -0.1, 1, 0.3)] {
         let p = DVec3::new(-0.5, 0.3, z);
-        let setup = Setup::new(&transparent, &(pane.clone() + &bulb(1.5) + &patch(p, DVec3::Z, ALBEDO)));
+        let setup = Setup::new(&transparent, &(pane.clone() + &bulb(1.5) + &small_disk(p, DVec3::Z, ALBEDO)));
         let to_bulb = DVec3::new(0.4, 0.1, 1.5) - p;
         let (d, cos) = (to_bulb.length(), to_bulb.normalize().z);
-        let share = (1.0 - fresnel::dielectric(cos, INDEX).reflectance).powi(faces) * rest(ABSORPTION, within / cos);
-        let expected = ALBEDO * FRAC_1_PI * share * RADIANCE * cos / (d * d);
+        let transmittance =
+            (1.0 - fresnel::dielectric(cos, INDEX).reflectance).powi(faces) * transmittance(ABSORPTION, within / cos);
+        let expected = ALBEDO * FRAC_1_PI * transmittance * RADIANCE * cos / (d * d);
         let ray = (p + DVec3::new(0.01, 0.02, 0.05), DVec3::new(-0.01, -0.02, -0.05));
         findings.extend(setup.compare(&format!("{name}, a patch {subject} a pane"), ray, expected));
     }

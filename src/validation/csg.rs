@@ -1,4 +1,4 @@
-//! Images of one solid, made in different ways.
+//! Images of one solid built from different shapes.
 
 use crate::{
     comparison::{ImageEstimate, with_image_configured},
@@ -8,19 +8,19 @@ use crate::{
     validation::setup::{self, GLASS, path},
 };
 
-/// These laws.
+/// The laws of CSG images.
 pub const LAWS: &[Law] = &[Law {
     name: "csg/render-equivalence",
-    claim: "A glass ball as a quadric, and as a union of two half balls that share a face, gives an image that agrees with that of \
-            a sphere; 0 stands for agreement.",
-    source: "they are the same set; the verdict of this program, which must be able to see half a percent (at the quick effort 2 %)",
+    claim: "A glass sphere built as a quadric, or as the union of two hemispheres with a common face, gives an image that agrees with that \
+            of the sphere shape. A value of 0 means agreement.",
+    source: "the solids are the same set of points; the verdict must have the power to detect a bias of half a percent (2 % at quick effort)",
     check: Check::Analytic(same_image),
 }];
 
 const SPHERE: &str = r#"<shape type="sphere"><float name="radius" value="0.8"/>GLASS</shape>"#;
 const QUADRIC: &str = r#"<shape type="quadric"><string name="coefficients" value="1 1 1 0 0 0 0 0 0 -0.64"/>
     <point name="bbox_min" value="-1"/><point name="bbox_max" value="1"/>GLASS</shape>"#;
-/// Cut by a plane askew, once turned.
+/// Two hemispheres, cut by an oblique plane and by the same plane reversed.
 const HALVES: &str = r#"<shape type="csg"><string name="operation" value="union"/>
     <shape type="csg"><string name="operation" value="intersection"/>
         <shape type="sphere"><float name="radius" value="0.8"/></shape>
@@ -30,8 +30,8 @@ const HALVES: &str = r#"<shape type="csg"><string name="operation" value="union"
         <shape type="plane"><transform name="to_world"><rotate x="1" angle="180"/><rotate x="0.6" z="0.8" angle="50"/></transform></shape>
     </shape>GLASS</shape>"#;
 
-/// The ball in a room without corners whose walls shine unevenly by their colours.
-fn renderer(ball: &str) -> Renderer {
+/// A renderer of the solid over a checkered plane in a constant environment.
+fn renderer(solid: &str) -> Renderer {
     const SENSOR: &str = r#"<sensor type="perspective"><float name="fov" value="40"/>
         <transform name="to_world"><lookat origin="0.4, 0.6, 3.2" target="0, 0, 0" up="0, 1, 0"/></transform>
         <film type="hdrfilm"><integer name="width" value="48"/><integer name="height" value="32"/><rfilter type="box"/></film></sensor>"#;
@@ -39,7 +39,7 @@ fn renderer(ball: &str) -> Renderer {
         <bsdf type="diffuse"><texture type="checkerboard" name="reflectance"><rgb name="color0" value="0.8, 0.7, 0.3"/>
         <rgb name="color1" value="0.1, 0.3, 0.5"/></texture></bsdf></shape>
         <emitter type="constant"><rgb name="radiance" value="0.6, 0.8, 1.1"/></emitter>"#;
-    setup::renderer(&path(8, 5), SENSOR, &(ROOM.to_owned() + &ball.replace("GLASS", GLASS)))
+    setup::renderer(&path(8, 5), SENSOR, &(ROOM.to_owned() + &solid.replace("GLASS", GLASS)))
 }
 
 fn same_image(effort: Effort) -> Vec<Finding> {
@@ -49,11 +49,11 @@ fn same_image(effort: Effort) -> Vec<Finding> {
         ImageEstimate::of_replicates(&renderer(ball), Replicate { seed: 70, number, samples }, REPLICATES)
     };
     let reference = side(SPHERE, 0);
-    let compare = |(name, ball, first): (&str, &str, u64)| {
-        let ours = side(ball, first);
+    let compare = |(name, solid, first): (&str, &str, u64)| {
+        let ours = side(solid, first);
         let outcome = |ours: &ImageEstimate| {
-            let found = with_image_configured(ours, &reference, &config).expect("the sizes are the same");
-            found.verdict.expect("passes have scatter").outcome
+            let found = with_image_configured(ours, &reference, &config).expect("the images have equal sizes");
+            found.verdict.expect("replicates have variance").outcome
         };
         let brighter = outcome(&ours.scaled(scale));
         [

@@ -1,5 +1,5 @@
-//! What goes beyond Mitsuba: infinite planes, surfaces that show colours by themselves, shadows that let light through;
-//! and the cone of a spot light.
+//! Laws of features that Mitsuba lacks (infinite planes, self-emission of BSDFs, transparent shadows), and of the spot
+//! light's cone.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -9,41 +9,46 @@ use crate::{
     bsdf::fresnel,
     law::{Check, Effort, Finding, Law},
     math::Rgb,
-    validation::setup::{ALBEDO, GLASS, RADIANCE, Setup, diffuse, direct, ground, patch, path, sky, towards, triple},
+    validation::setup::{
+        ALBEDO, GLASS, RADIANCE, Setup, diffuse, direct, environment, ground, path, small_disk, towards, triple,
+    },
 };
 
-/// These laws.
+/// The laws of extensions to Mitsuba and of the spot light.
 pub const LAWS: &[Law] = &[
     Law {
         name: "radiometry/plane",
-        claim: "A point light I over an infinite plane gives it the radiance ρ/π I h / d³ at five distances, and nothing behind it.",
+        claim: "A point light of intensity I at the height h over an infinite plane gives it the radiance ρ/π I h / d³ at five \
+                distances. A light behind the plane gives none.",
         source: "inverse square and cosine laws",
         check: Check::Analytic(plane),
     },
     Law {
         name: "radiometry/spot",
-        claim: "A spot light is full up to its target width, falls off linearly with the angle, and ends at its cutoff angle.",
+        claim: "A spot light has its full intensity up to its beam width, falls off linearly with the angle, and ends at its cutoff angle.",
         source: "Mitsuba's definition; inverse square and cosine laws",
         check: Check::Analytic(spot),
     },
     Law {
-        name: "radiometry/self_emission",
-        claim: "The normals bsdf shows (n + 1) / 2 from both sides, Phong's ambient adds to what is reflected, and mirrors show both.",
-        source: "definition",
+        name: "radiometry/self-emission",
+        claim: "The normals BSDF emits (n + 1) / 2 from both sides, Phong's ambient term is added to the reflected light, and mirrors show \
+                both.",
+        source: "definition of the two BSDFs",
         check: Check::Analytic(self_emission),
     },
     Law {
         name: "radiometry/blend",
-        claim: "In an even sky L, a ball that is 1 - w diffuse ρ and w a mirror s shows ((1 - w) ρ + w s) L; with glass of \
-                index n, s is 0.04 + 0.96 / n² at normal incidence.",
-        source: "linearity of the reflection in the bsdf; conservation of étendue",
+        claim: "In a constant environment of radiance L, a sphere with a blend of a diffuse BSDF (albedo ρ, weight 1 - w) and a mirror \
+                (reflectance s, weight w) has the radiance ((1 - w) ρ + w s) L. With glass of index n instead of the mirror, s is \
+                0.04 + 0.96 / n² at normal incidence.",
+        source: "linearity of reflection in the BSDF; conservation of étendue",
         check: Check::Analytic(blend),
     },
     Law {
         name: "radiometry/transparent-shadows",
-        claim: "With transparent shadows, a pane between a surface and a light lets (1 - R(θ))² of it through, and all with \
-                the reflectance model none; light is not found a second time on bent paths; other shadows stay black.",
-        source: "definition; an even sky stays even, for what is not let through straight is mirrored",
+        claim: "With transparent shadows, a pane between a surface and a light transmits (1 - R(θ))², or everything with the \
+                reflectance model none. Refracted paths do not add the same light again. Shadows of opaque objects stay black.",
+        source: "definition; a constant environment stays constant, because the pane mirrors what it does not transmit",
         check: Check::Analytic(transparent_shadows),
     },
 ];
@@ -59,7 +64,7 @@ fn point_light(p: DVec3, intensity: Rgb) -> String {
 const INTENSITY: Rgb = Rgb::new(3.0, 2.0, 0.5);
 
 fn plane(_: Effort) -> Vec<Finding> {
-    // Tilted and moved: the place on the plane below the light, two directions on it, and its normal.
+    // The plane is tilted and moved. `foot` is the point below the light, `up` the normal, `along` a tangent.
     let to_world =
         r#"<transform name="to_world"><rotate x="1" angle="30"/><translate x="0.5" y="-1" z="2"/></transform>"#;
     let (sin, cos) = 30.0_f64.to_radians().sin_cos();
@@ -88,11 +93,12 @@ fn spot(_: Effort) -> Vec<Finding> {
     );
     let setup = Setup::new(&path(-1, 5), &(light + &ground(ALBEDO)));
     let mut findings = Vec::new();
-    for (degrees, share) in [(0.0, 1.0), (10.0, 1.0), (19.9, 1.0), (22.5, 0.75), (27.0, 0.3), (30.1, 0.0), (60.0, 0.0)]
+    for (degrees, falloff) in
+        [(0.0, 1.0), (10.0, 1.0), (19.9, 1.0), (22.5, 0.75), (27.0, 0.3), (30.1, 0.0), (60.0, 0.0)]
     {
         let (sin, cos) = f64::to_radians(degrees).sin_cos();
         let r = h * sin / cos;
-        let irradiance = INTENSITY * (share * cos.powi(3) / (h * h));
+        let irradiance = INTENSITY * (falloff * cos.powi(3) / (h * h));
         let ray = towards(DVec3::new(0.6 * r, -0.8 * r, 0.0), DVec3::Z);
         findings.extend(setup.compare(&format!("{degrees}°"), ray, ALBEDO * FRAC_1_PI * irradiance));
     }
@@ -102,13 +108,13 @@ fn spot(_: Effort) -> Vec<Finding> {
 fn self_emission(_: Effort) -> Vec<Finding> {
     let down = (DVec3::new(0.1, 0.2, 3.0), -DVec3::Z);
     let mut findings = Vec::new();
-    let ball = Setup::new(&path(-1, 5), r#"<shape type="sphere"><bsdf type="normals"/></shape>"#);
+    let sphere = Setup::new(&path(-1, 5), r#"<shape type="sphere"><bsdf type="normals"/></shape>"#);
     let n = DVec3::new(0.1, 0.2, 0.95_f64.sqrt());
-    findings.extend(ball.compare("normals", down, 0.5 * (n + 1.0)));
-    // From within, at the lower side.
+    findings.extend(sphere.compare("normals", down, 0.5 * (n + 1.0)));
+    // The camera is inside and looks at the lower hemisphere.
     let within = (DVec3::new(0.1, 0.2, 0.0), -DVec3::Z);
     let below = DVec3::new(n.x, n.y, -n.z);
-    findings.extend(ball.compare("normals, from behind", within, 0.5 * (below + 1.0)));
+    findings.extend(sphere.compare("normals, from behind", within, 0.5 * (below + 1.0)));
     let mirror = r#"<shape type="rectangle"><transform name="to_world"><scale value="9"/><translate z="-1"/></transform>
         <bsdf type="conductor"><rgb name="specular_reflectance" value="0.9, 0.6, 0.3"/></bsdf></shape>
         <shape type="rectangle"><transform name="to_world"><scale value="9"/><rotate x="1" angle="180"/><translate z="4"/></transform>
@@ -125,14 +131,14 @@ fn self_emission(_: Effort) -> Vec<Finding> {
     );
     let expected = ambient + ALBEDO * FRAC_1_PI * INTENSITY / 4.0;
     for (name, integrator) in [("path", path(-1, 5)), ("direct", direct(1, 1))] {
-        // The light itself is no surface, so that the ray passes it.
+        // A point light is not a surface, so the camera ray passes it.
         findings.extend(Setup::new(&integrator, &phong).compare(&format!("ambient, {name}"), down, expected));
     }
     findings
 }
 
 fn blend(effort: Effort) -> Vec<Finding> {
-    let share = 0.35;
+    let weight = 0.35;
     let mirror = Rgb::new(0.9, 0.6, 0.3);
     let conductor =
         format!(r#"<bsdf type="conductor"><rgb name="specular_reflectance" value="{}"/></bsdf>"#, triple(mirror));
@@ -141,20 +147,20 @@ fn blend(effort: Effort) -> Vec<Finding> {
         [("mirror", conductor.as_str(), mirror), ("glass", GLASS, Rgb::splat(0.04 + 0.96 / 2.25))]
     {
         let bsdf = format!(
-            r#"<bsdf type="blendbsdf"><float name="weight" value="{share}"/>{}{other}</bsdf>"#,
+            r#"<bsdf type="blendbsdf"><float name="weight" value="{weight}"/>{}{other}</bsdf>"#,
             diffuse(ALBEDO)
         );
-        // Half of space is glass, under which the sky is as bright: seen from outside, 1/n² of that.
+        // Glass fills the half-space below the plane. Transmitted radiance scales with 1/n² on the way out.
         let shape = if name == "glass" { r#"<shape type="plane">"# } else { r#"<shape type="sphere">"# };
-        let setup = Setup::new(&path(-1, 5), &format!("{}{shape}{bsdf}</shape>", sky(RADIANCE)));
+        let setup = Setup::new(&path(-1, 5), &format!("{}{shape}{bsdf}</shape>", environment(RADIANCE)));
         let ray = (DVec3::new(0.3, 0.2, 3.0), -DVec3::Z);
-        let expected = ((1.0 - share) * ALBEDO + share * reflectance) * RADIANCE;
+        let expected = ((1.0 - weight) * ALBEDO + weight * reflectance) * RADIANCE;
         findings.extend(setup.test(name, ray, effort.samples(20_000), expected));
     }
     findings
 }
 
-/// A pane at some height over the ground.
+/// A pane of thickness 0.2 with its centre 0.7 above the ground.
 fn pane(bsdf: &str) -> String {
     let to_world = r#"<transform name="to_world"><scale x="1000" y="1000" z="0.1"/><translate z="0.7"/></transform>"#;
     format!(r#"<shape type="cube">{to_world}{bsdf}</shape>"#)
@@ -173,32 +179,32 @@ fn transparent_shadows(effort: Effort) -> Vec<Finding> {
     let light = point_light(DVec3::new(0.0, 0.0, h), INTENSITY);
     let opaque = r#"<bsdf type="diffuse"/>"#;
     for (name, bsdf) in [("glass", GLASS), ("none", &none), ("opaque", opaque)] {
-        for (way, integrator) in [("path", path(2, 5)), ("direct", direct(1, 1))] {
+        for (method, integrator) in [("path", path(2, 5)), ("direct", direct(1, 1))] {
             let setup = Setup::new(&transparent(&integrator), &(light.clone() + &ground(ALBEDO) + &pane(bsdf)));
             for degrees in [0.0, 45.0, 75.0_f64] {
                 let (sin, cos) = degrees.to_radians().sin_cos();
-                let share = match name {
+                let transmittance = match name {
                     "glass" => (1.0 - fresnel::dielectric(cos, 1.5).reflectance).powi(2),
                     "none" => 1.0,
                     _ => 0.0,
                 };
                 let r = h * sin / cos;
-                let irradiance = INTENSITY * (share * cos.powi(3) / (h * h));
+                let irradiance = INTENSITY * (transmittance * cos.powi(3) / (h * h));
                 let ray = towards(DVec3::new(0.6 * r, -0.8 * r, 0.0), DVec3::Z);
                 let expected = ALBEDO * FRAC_1_PI * irradiance;
-                findings.extend(setup.compare(&format!("{name}, {way}, {degrees}°"), ray, expected));
+                findings.extend(setup.compare(&format!("{name}, {method}, {degrees}°"), ray, expected));
             }
         }
     }
-    findings.extend(under_the_sky(effort));
+    findings.extend(under_environment(effort));
     findings
 }
 
-/// A patch so small that nothing which it sends up comes back to it, in a sky that is even above and below: what the
-/// pane does not let through it mirrors.
-fn under_the_sky(effort: Effort) -> Vec<Finding> {
-    let scene = sky(RADIANCE) + &patch(DVec3::ZERO, DVec3::Z, ALBEDO) + &pane(GLASS);
+/// A disk under a pane in a constant environment. The disk is too small to receive its own reflected light, and the pane
+/// mirrors whatever it does not transmit, so the disk's irradiance is that without a pane.
+fn under_environment(effort: Effort) -> Vec<Finding> {
+    let scene = environment(RADIANCE) + &small_disk(DVec3::ZERO, DVec3::Z, ALBEDO) + &pane(GLASS);
     let setup = Setup::new(&transparent(&path(-1, 5)), &scene);
     let ray = towards(DVec3::ZERO, DVec3::Z);
-    setup.test("an even sky, any depth", ray, effort.samples(20_000), ALBEDO * RADIANCE)
+    setup.test("constant environment, any depth", ray, effort.samples(20_000), ALBEDO * RADIANCE)
 }

@@ -1,4 +1,4 @@
-//! What must hold for whole images.
+//! The laws of rendered images: pixel coverage, AOVs and the wireframe.
 
 use glam::{DVec2, DVec3};
 
@@ -14,21 +14,22 @@ use crate::{
 pub const LAWS: &[Law] = &[
     Law {
         name: "film/coverage",
-        claim: "A pixel shows the share of it that a emitted rectangle covers, in its place on the film, on a crop too.",
+        claim: "A pixel's value is the fraction of the pixel that an emissive rectangle covers, on the whole film and on a crop.",
         source: "areas of rectangles",
         check: Check::Analytic(coverage),
     },
     Law {
         name: "film/aov",
-        claim: "Layers show of a sphere: a point on it that the pixel sees, at the stated distance from the near plane, its own \
-                normal there, and how many samples there are; means of samples, 0 where nothing is seen.",
+        claim: "The AOVs of a sphere are exact in each sample: a position on the sphere inside the pixel, its depth from the near plane, \
+                and its normals. Image layers are means over samples and 0 where no surface is hit. The sample count is that of the \
+                render.",
         source: "the equation of the sphere and the projection of its points, sample by sample",
         check: Check::Analytic(aov),
     },
     Law {
         name: "film/wireframe",
-        claim: "The wireframe layer shows the edges of a triangle that faces the camera in lines of half a pixel on their inner side.",
-        source: "the area within half a pixel of the edges, 1 - (1 - d / ρ)² of the triangle's for an inradius ρ",
+        claim: "The wireframe layer draws the edges of a triangle that faces the camera as lines half a pixel wide, inside the triangle.",
+        source: "the area within d, half a pixel, of the edges is the fraction 1 - (1 - d / ρ)² of a triangle of inradius ρ",
         check: Check::Analytic(wireframe),
     },
 ];
@@ -37,7 +38,9 @@ const SIZE: DVec2 = DVec2::new(12.0, 8.0);
 const NEAR: f64 = 0.5;
 const DISTANCE: f64 = 6.0;
 
-/// A camera on the z axis at some distance that looks back, and whose film is 6 by 4 units large at the origin.
+/// A renderer whose camera is on the z axis at the distance `DISTANCE` from the origin and looks at it.
+///
+/// The film covers 6 by 4 units at the origin.
 fn renderer(integrator: &str, crop: &str, scene: &str) -> Renderer {
     let fov = 2.0 * (3.0 / DISTANCE).atan().to_degrees();
     let sensor = format!(
@@ -54,14 +57,14 @@ fn renderer(integrator: &str, crop: &str, scene: &str) -> Renderer {
 const CROP: &str = r#"<integer name="crop_offset_x" value="2"/><integer name="crop_offset_y" value="1"/>
     <integer name="crop_width" value="7"/><integer name="crop_height" value="6"/>"#;
 
-/// The film's image of a point, in pixels: two for each unit at the origin, x to the right and y down.
+/// The projection of a point to the film, in pixels: x to the right, y down, two pixels per unit at the origin.
 fn image_of(p: DVec3) -> DVec2 {
     let scale = 2.0 * DISTANCE / (DISTANCE - p.z);
     0.5 * SIZE + scale * DVec2::new(p.x, -p.y)
 }
 
 fn coverage(effort: Effort) -> Vec<Finding> {
-    // From 3.3 to 7.8 columns and from 2.6 to 5.1 rows.
+    // The rectangle covers the columns 3.3 to 7.8 and the rows 2.6 to 5.1.
     let (from, to) = (DVec2::new(3.3, 2.6), DVec2::new(7.8, 5.1));
     let (middle, half) = (0.5 * (from + to) - 0.5 * SIZE, 0.5 * (to - from));
     let scene = format!(
@@ -75,17 +78,17 @@ fn coverage(effort: Effort) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (name, crop) in [("whole", ""), ("crop", CROP)] {
         let renderer = renderer(r#"<integrator type="path"/>"#, crop, &scene);
-        let part = renderer.scene.sensor.film.rendered();
+        let crop = renderer.scene.sensor.film.rendered();
         let mut values = [0.0; 3];
-        for y in 0..part.height {
-            for x in 0..part.width {
-                let low = DVec2::new(f64::from(part.x + x), f64::from(part.y + y));
-                let share = (to.min(low + 1.0) - from.max(low)).max(DVec2::ZERO);
+        for y in 0..crop.height {
+            for x in 0..crop.width {
+                let low = DVec2::new(f64::from(crop.x + x), f64::from(crop.y + y));
+                let overlap = (to.min(low + 1.0) - from.max(low)).max(DVec2::ZERO);
                 let replicate = Replicate { seed: 80, number: 0, samples: effort.samples(2000) };
                 let mut rendering = renderer.begin(replicate);
                 let mut sample = |i| rendering.sample((x, y), i, &mut values, &mut splats::Path::default()).x;
                 let shown: Moments = (0..replicate.samples).map(&mut sample).collect();
-                findings.push(Finding::mean(format!("{name}, pixel ({x}, {y})"), &shown, share.x * share.y));
+                findings.push(Finding::mean(format!("{name}, pixel ({x}, {y})"), &shown, overlap.x * overlap.y));
             }
         }
     }
@@ -110,15 +113,15 @@ fn aov(_: Effort) -> Vec<Finding> {
     findings
 }
 
-/// What every sample of every pixel shows: three numbers of the image, which is black, then the layers.
+/// Visits the values of every sample of every pixel: three channels of the image, which is black, then the layers.
 fn for_samples(renderer: &Renderer, replicate: Replicate, mut visit: impl FnMut((u32, u32), &[f64])) {
-    let part = renderer.scene.sensor.film.rendered();
+    let crop = renderer.scene.sensor.film.rendered();
     let mut values = vec![0.0; renderer.film().stride()];
     let mut rendering = renderer.begin(replicate);
-    for pixel in (0..part.height).flat_map(|y| (0..part.width).map(move |x| (x, y))) {
+    for pixel in (0..crop.height).flat_map(|y| (0..crop.width).map(move |x| (x, y))) {
         for i in 0..replicate.samples {
             rendering.sample(pixel, i, &mut values, &mut splats::Path::default());
-            visit((part.x + pixel.0, part.y + pixel.1), &values);
+            visit((crop.x + pixel.0, crop.y + pixel.1), &values);
         }
     }
 }
@@ -137,12 +140,12 @@ fn check_sample((x, y): (u32, u32), values: &[f64], note: &mut dyn FnMut(&str, f
     note("sh_normal", DVec3::from_slice(shading).distance(n));
     note("geo_normal", DVec3::from_slice(true_normal).distance(n));
     // The ray starts where it crosses the near plane.
-    let way = p - DISTANCE * DVec3::Z;
-    let before = NEAR * way.length() / -way.z;
-    note("depth", (depth[0] + before - way.length()).abs());
+    let offset = p - DISTANCE * DVec3::Z;
+    let before = NEAR * offset.length() / -offset.z;
+    note("depth", (depth[0] + before - offset.length()).abs());
 }
 
-/// The image's planes against the means of the samples, to the precision of `f32`.
+/// Compares the image's channels with the means of the samples, to the precision of `f32`.
 fn means(renderer: &Renderer, replicate: Replicate) -> Vec<Finding> {
     let image = renderer.render(replicate, &|_| {}).image();
     let channels = ["d.T", "p.X", "p.Y", "p.Z", "n.X", "n.Y", "n.Z", "g.X", "g.Y", "g.Z"];
@@ -156,11 +159,11 @@ fn means(renderer: &Renderer, replicate: Replicate) -> Vec<Finding> {
             .for_each(|(sum, value)| *sum += value / f64::from(replicate.samples));
     });
     let of_channel = |(i, name): (usize, &str)| {
-        let plane = image.channel(name).expect("the image has the channels that were asked for");
+        let plane = image.channel(name).expect("the image has the requested channels");
         let errors = plane.iter().zip(&sums).map(|(value, sum)| (f64::from(*value) - sum[i]).abs());
         Finding::error(format!("mean of {name}"), errors.fold(0.0, f64::max), 1e-6)
     };
-    let counts = image.channel("c.N").expect("the image has the channels that were asked for");
+    let counts = image.channel("c.N").expect("the image has the requested channels");
     let miscounted = counts.iter().filter(|count| f64::from(**count) != f64::from(replicate.samples)).count();
     let mut findings: Vec<_> = channels.into_iter().enumerate().map(of_channel).collect();
     findings.push(Finding::error("sample_count", miscounted as f64, 0.0));
@@ -177,12 +180,12 @@ fn wireframe(effort: Effort) -> Vec<Finding> {
     let [a, b, c] = corners;
     let area = 0.5 * (b - a).cross(c - a).length();
     let inradius = 2.0 * area / (a.distance(b) + b.distance(c) + c.distance(a));
-    // Two pixels for each unit.
+    // A unit has two pixels.
     let half_pixel = 0.25;
     let band = area * (1.0 - (1.0 - half_pixel / inradius).powi(2));
     let total = |number: u64| {
         let image = renderer.render(Replicate { seed: 5, number, samples: 64 }, &|_| {}).image();
-        let layer = image.channel("edges.Y").expect("the layer is there");
+        let layer = image.channel("edges.Y").expect("the image has the layer");
         layer.iter().map(|&y| f64::from(y)).sum::<f64>() / 4.0
     };
     let totals: Moments = (0..u64::from(effort.samples(32))).map(total).collect();

@@ -1,4 +1,4 @@
-//! What must hold of images that are made of light followed from its source: they are those of path tracing.
+//! Light tracing and photon mapping must give the images of path tracing.
 
 use crate::{
     integrator::Overrides,
@@ -9,34 +9,36 @@ use crate::{
     validation::{caustics::pane, setup},
 };
 
-/// These laws.
+/// The laws of integrators that trace paths from lights.
 pub const LAWS: &[Law] = &[
     Law {
         name: "light-tracing/path",
-        claim: "Light tracing and path tracing show the same in every quarter of the film: all lights and scattering materials, \
-                pinhole and thin lens, all filters up to their borders, a crop, hidden lights, and few segments.",
+        claim: "Light tracing and path tracing have the same mean in every quarter of the film. The cases cover all emitters and \
+                scattering BSDFs, pinhole and thin lens, all filters up to the film's border, a crop, hidden emitters, and a small \
+                max_depth.",
         source: "two estimators of one integral, Veach 1997, chapter 10",
         check: Check::Analytic(light_is_path),
     },
     Law {
         name: "photon-map/split",
-        claim: "Each of the four parts of a photon-mapped image is equivalent to the same class of a path tracer's paths, and their \
-                sum to the whole, with radii extrapolated to 0; direct and indirect light from the map too.",
-        source: "bias of a density estimate is even in the radius; least squares in r² on the same photons",
+        claim: "Each of the four path classes of a photon-mapped image, extrapolated to radius 0, is equivalent to the same class of a \
+                path-traced image. So is their sum. This also holds with direct and indirect light from the map.",
+        source: "the bias of a density estimate is an even function of the radius; least squares in r² on the same photons",
         check: Check::Analytic(split),
     },
     Law {
         name: "caustic/pane-unseen",
-        claim: "Neither path tracing nor light tracing shows anything of a floor that a point lights and a pinhole sees through glass.",
-        source: "no connection goes through glass, and no ray meets a point",
-        check: Check::Analytic(unseen),
+        claim: "Path tracing and light tracing both give black for a floor that a point light illuminates and a pinhole camera views \
+                through glass.",
+        source: "glass blocks shadow rays, and no sampled ray hits a point",
+        check: Check::Analytic(black),
     },
 ];
 
-/// Parameters of an integrator.
-type Given<'a> = &'a [(&'a str, &'a str)];
+/// Names and values of an integrator's parameters.
+type Params<'a> = &'a [(&'a str, &'a str)];
 
-fn renderer(scene: &str, sensor: &str, integrator: &str, params: Given<'_>) -> Renderer {
+fn renderer(scene: &str, sensor: &str, integrator: &str, params: Params<'_>) -> Renderer {
     let params = params.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
     setup::renderer_with(&Overrides { name: Some(integrator.to_owned()), params }, &[sensor, scene])
 }
@@ -61,7 +63,7 @@ fn lens(film: &str) -> String {
 
 const FILTER: &str = r#"<rfilter type="box"/>"#;
 
-fn things(material: &str) -> String {
+fn objects(material: &str) -> String {
     format!(
         r#"<shape type="rectangle"><transform name="to_world"><scale value="1.6"/></transform>
              <bsdf type="diffuse"><rgb name="reflectance" value="0.7, 0.5, 0.3"/></bsdf></shape>
@@ -89,38 +91,48 @@ fn light_is_path(effort: Effort) -> Vec<Finding> {
         r#"<bsdf type="roughconductor"><string name="material" value="Cu"/><float name="alpha" value="0.5"/></bsdf>"#;
     let sun = r#"<emitter type="directional"><vector name="direction" x="0.4" y="0.5" z="-1"/>
         <rgb name="irradiance" value="1, 2, 3"/></emitter>"#;
-    let sky = r#"<emitter type="constant"><rgb name="radiance" value="0.5, 0.8, 1"/></emitter>"#;
+    let environment = r#"<emitter type="constant"><rgb name="radiance" value="0.5, 0.8, 1"/></emitter>"#;
     let spot = r#"<emitter type="spot"><rgb name="intensity" value="30, 20, 10"/><float name="cutoff_angle" value="35"/>
         <transform name="to_world"><lookat origin="1.5, -1.5, 2" target="0, 0, 0.3" up="0, 0, 1"/></transform></emitter>"#;
     let gaussian = r#"<rfilter type="gaussian"/>"#;
     let border = r#"<rfilter type="tent"><float name="radius" value="2"/></rfilter><boolean name="sample_border" value="true"/>
         <integer name="crop_offset_x" value="4"/><integer name="crop_width" value="8"/>"#;
     let hidden = [("hide_emitters", "true")];
-    // Above what the sensor sees, for light tracing shows glass black.
+    // The glass is above the camera's view, because light tracing renders glass black.
     let amber = r#"<shape type="rectangle"><transform name="to_world"><scale value="0.5"/><rotate x="1" angle="175"/>
         <translate x="0.3" y="0" z="4.4"/></transform><emitter type="area"><rgb name="radiance" value="40, 30, 20"/></emitter></shape>
         <shape type="sphere"><point name="center" x="0.2" y="0.1" z="2.9"/><float name="radius" value="0.5"/>
         <bsdf type="dielectric"><float name="int_ior" value="1.3"/><float name="ext_ior" value="1"/>
         <rgb name="absorption" value="0.2, 0.9, 3"/></bsdf></shape>"#;
-    let cases: [(&str, String, String, Given<'_>); 10] = [
-        ("point light, pinhole, box", things(PAINT) + POINT, pinhole(FILTER), &[]),
-        ("spot, thin lens", things(PAINT) + spot, lens(FILTER), &[]),
-        ("sun, gaussian", things(PAINT) + sun, pinhole(gaussian), &[]),
-        ("sky, crop with border, tent", things(PAINT) + sky, pinhole(border), &[]),
-        ("lamp, phong", things(phong) + LAMP, pinhole(FILTER), &[]),
-        ("lamp, metal", things(metal) + LAMP, pinhole(FILTER), &[]),
-        ("lamp and sky, rough conductor, hidden lights", things(rough) + LAMP + sky, lens(gaussian), &hidden),
-        ("all lights, thin lens, gaussian", things(PAINT) + POINT + spot + sun + sky + LAMP, lens(gaussian), &[]),
-        ("lamp behind amber", things(PAINT) + amber, lens(FILTER), &[]),
-        ("lamp and point, three segments", things(PAINT) + LAMP + POINT, pinhole(FILTER), &[("max_depth", "3")]),
+    let cases: [(&str, String, String, Params<'_>); 10] = [
+        ("point light, pinhole, box", objects(PAINT) + POINT, pinhole(FILTER), &[]),
+        ("spot, thin lens", objects(PAINT) + spot, lens(FILTER), &[]),
+        ("sun, gaussian", objects(PAINT) + sun, pinhole(gaussian), &[]),
+        ("environment, crop with border, tent", objects(PAINT) + environment, pinhole(border), &[]),
+        ("lamp, phong", objects(phong) + LAMP, pinhole(FILTER), &[]),
+        ("lamp, metal", objects(metal) + LAMP, pinhole(FILTER), &[]),
+        (
+            "lamp and environment, rough conductor, hidden lights",
+            objects(rough) + LAMP + environment,
+            lens(gaussian),
+            &hidden,
+        ),
+        (
+            "all lights, thin lens, gaussian",
+            objects(PAINT) + POINT + spot + sun + environment + LAMP,
+            lens(gaussian),
+            &[],
+        ),
+        ("lamp behind amber", objects(PAINT) + amber, lens(FILTER), &[]),
+        ("lamp and point, max_depth 3", objects(PAINT) + LAMP + POINT, pinhole(FILTER), &[("max_depth", "3")]),
     ];
-    let passes = u64::from(effort.samples(24));
+    let replicates = u64::from(effort.samples(24));
     let mut findings = Vec::new();
     for (name, scene, sensor, params) in cases {
         let of = |integrator, seed| {
             let depth = [("max_depth", "6")];
             let params = [&depth[..], params].concat();
-            quarters(&renderer(&scene, &sensor, integrator, &params), seed, passes)
+            quarters(&renderer(&scene, &sensor, integrator, &params), seed, replicates)
         };
         let (light, path) = (of("ptracer", 91), of("path", 92));
         for (i, quarter) in QUARTERS.iter().enumerate() {
@@ -132,17 +144,17 @@ fn light_is_path(effort: Effort) -> Vec<Finding> {
 
 const QUARTERS: [&str; 4] = ["upper left", "upper right", "lower left", "lower right"];
 
-/// The mean of a mixture of the channels in each quarter of the film, over passes.
-fn quarters(renderer: &Renderer, seed: u64, passes: u64) -> [Moments; 4] {
+/// The moments, over replicates, of each film quarter's mean of a weighted sum of the channels.
+fn quarters(renderer: &Renderer, seed: u64, replicates: u64) -> [Moments; 4] {
     let crop = renderer.scene.sensor.film.rendered();
     let mut moments = [Moments::default(); 4];
-    for number in 0..passes {
+    for number in 0..replicates {
         let pixels = renderer.render(Replicate { seed, number, samples: 48 }, &|_| {}).means();
         let mut sums = [0.0; 4];
         for (i, [r, g, b]) in pixels.iter().enumerate() {
             let (x, y) = (i as u32 % crop.width, i as u32 / crop.width);
             let quarter = usize::from(2 * x >= crop.width) + 2 * usize::from(2 * y >= crop.height);
-            // Unequal weights, so that no swap of channels cancels.
+            // The weights are unequal, so that a swap of channels changes the sum.
             sums[quarter] += (0.5 * r + 0.3 * g + 0.2 * b) * 4.0 / pixels.len() as f64;
         }
         moments.iter_mut().zip(sums).for_each(|(moments, sum)| moments.push(sum));
@@ -150,8 +162,11 @@ fn quarters(renderer: &Renderer, seed: u64, passes: u64) -> [Moments; 4] {
     moments
 }
 
-/// The parts of a photon-mapped image, each the mean over the film, extrapolated to radius 0, over passes; the sum last.
-fn extrapolated(make: impl Fn(Given<'_>) -> Renderer, least: f64, samples: u32, passes: u64) -> [Moments; 5] {
+/// The moments, over replicates, of the film means of the four path classes and, last, of the image, extrapolated to
+/// radius 0.
+///
+/// `least` is the smallest of the three radii.
+fn extrapolated(make: impl Fn(Params<'_>) -> Renderer, least: f64, samples: u32, replicates: u64) -> [Moments; 5] {
     let at_radius = |(scale, weight): (f64, f64)| {
         let radius = format!("{}", scale * least);
         let renderer =
@@ -160,10 +175,10 @@ fn extrapolated(make: impl Fn(Given<'_>) -> Renderer, least: f64, samples: u32, 
     };
     let renderers = TO_RADIUS_ZERO.map(at_radius);
     let mut moments = [Moments::default(); 5];
-    for number in 0..passes {
+    for number in 0..replicates {
         let mut sums = [0.0; 5];
         for (renderer, weight) in &renderers {
-            // The same photons and the same samples for all three radii.
+            // All three radii use the same photons and the same samples.
             let parts = parts(renderer, Replicate { seed: 94, number, samples });
             sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += weight * part);
         }
@@ -172,12 +187,12 @@ fn extrapolated(make: impl Fn(Given<'_>) -> Renderer, least: f64, samples: u32, 
     moments
 }
 
-/// The mean of a mixture of the channels of each layer of the four classes, and of the image.
+/// The film means of a weighted sum of the channels: of the four path classes, then of the image.
 fn parts(renderer: &Renderer, replicate: Replicate) -> [f64; 5] {
     let image = renderer.render(replicate, &|_| {}).image();
     let mean = |prefix: &str| {
         let channel = |name: &str, weight: f64| {
-            let plane = image.channel(&format!("{prefix}{name}")).expect("the image has four parts");
+            let plane = image.channel(&format!("{prefix}{name}")).expect("the image has a layer for each class");
             weight * plane.iter().map(|&x| f64::from(x)).sum::<f64>() / plane.len() as f64
         };
         channel("R", 0.5) + channel("G", 0.3) + channel("B", 0.2)
@@ -186,11 +201,11 @@ fn parts(renderer: &Renderer, replicate: Replicate) -> [f64; 5] {
     [direct, specular, caustic, indirect, mean("")]
 }
 
-/// A room of unequal colours with a lamp, glass, a mirror, and something rough.
+/// A room with differently coloured walls, an area light, glass, a mirror and a rough metal.
 fn glass_room() -> String {
-    let wall = |colour: &str, place: &str| {
+    let wall = |colour: &str, transform: &str| {
         format!(
-            r#"<shape type="rectangle"><transform name="to_world"><scale value="1.5"/>{place}</transform>
+            r#"<shape type="rectangle"><transform name="to_world"><scale value="1.5"/>{transform}</transform>
                <bsdf type="diffuse"><rgb name="reflectance" value="{colour}"/></bsdf></shape>"#
         )
     };
@@ -212,14 +227,14 @@ fn glass_room() -> String {
                <bsdf type="metal"><rgb name="reflectance" value="0.6, 0.7, 0.9"/><float name="roughness" value="0.9"/></bsdf></shape>"#
 }
 
-fn unseen(_: Effort) -> Vec<Finding> {
+fn black(_: Effort) -> Vec<Finding> {
     let light = |integrator| -> f64 {
         let renderer = renderer(&pane::scene(), &pinhole(FILTER), integrator, &[]);
         renderer.render(Replicate { seed: 95, number: 0, samples: 64 }, &|_| {}).means().as_flattened().iter().sum()
     };
-    let dark = |integrator| Finding::value(integrator, light(integrator), 0.0, 0.0);
-    let mut findings: Vec<_> = ["path", "ptracer"].map(dark).into();
-    // The sensor does look at the floor.
+    let finding = |integrator| Finding::value(integrator, light(integrator), 0.0, 0.0);
+    let mut findings: Vec<_> = ["path", "ptracer"].map(finding).into();
+    // Photon mapping shows that the lit floor is in the camera's view.
     let is_lit = f64::from(light("photonmapper") > 1e-3);
     findings.push(Finding::value("photonmapper, whether it shows light there", is_lit, 1.0, 0.0));
     findings
@@ -227,51 +242,52 @@ fn unseen(_: Effort) -> Vec<Finding> {
 
 fn split(effort: Effort) -> Vec<Finding> {
     const NAMES: [&str; 5] = ["direct", "specular", "caustic", "indirect", "sum"];
-    /// How far each part may be from the other's, relative: what the noise of the standard effort allows to be shown.
+    /// Relative equivalence bounds of each class, as tight as the noise at the standard effort allows.
     const BOUNDS: [f64; 5] = [0.01, 0.04, 0.04, 0.03, 0.015];
     const BOUNDS_OF_MAPS: [f64; 5] = [0.02, 0.04, 0.04, 0.03, 0.02];
     const BOUND_BY_NEAREST: f64 = 0.03;
-    const PASSES: u32 = 24;
+    const REPLICATES: u32 = 24;
     let (scene, sensor) = (glass_room(), pinhole(FILTER));
     let depth = ("max_depth", "6");
-    let passes = u64::from(effort.samples(PASSES));
+    let replicates = u64::from(effort.samples(REPLICATES));
     let path = renderer(&scene, &sensor, "path", &[depth, ("path_classes", "true")]);
     let mut truth = [Moments::default(); 5];
-    for number in 0..passes {
+    for number in 0..replicates {
         let parts = parts(&path, Replicate { seed: 93, number, samples: 1024 });
         truth.iter_mut().zip(parts).for_each(|(moments, part)| moments.push(part));
     }
-    let ways: [(&str, [f64; 5], Given<'_>); 4] = [
+    let methods: [(&str, [f64; 5], Params<'_>); 4] = [
         ("traced and gathered", BOUNDS, &[]),
         ("all from the map", BOUNDS_OF_MAPS, &[("direct", "map"), ("indirect", "map")]),
         ("shadow photons", BOUNDS_OF_MAPS, &[("direct", "shadow_photons"), ("indirect", "map")]),
         ("several rays with importance", BOUNDS, &[("gather_samples", "3"), ("gather_importance", "true")]),
     ];
     let mut findings = Vec::new();
-    for (way, bounds, params) in ways {
+    for (method, bounds, params) in methods {
         let photons = [depth, ("global_photons", "20000"), ("caustic_photons", "20000")];
         let make =
-            |radius: Given<'_>| renderer(&scene, &sensor, "photonmapper", &[&photons[..], params, radius].concat());
-        let found = extrapolated(make, 0.06, 64, passes);
+            |radius: Params<'_>| renderer(&scene, &sensor, "photonmapper", &[&photons[..], params, radius].concat());
+        let found = extrapolated(make, 0.06, 64, replicates);
         for (i, part) in NAMES.iter().enumerate() {
-            let subject = format!("{way}, {part}");
-            let bound = effort.bound(PASSES, bounds[i]);
+            let subject = format!("{method}, {part}");
+            let bound = effort.bound(REPLICATES, bounds[i]);
             findings.push(Finding::equivalent(subject, &estimate(&found[i]), &estimate(&truth[i]), bound));
         }
     }
-    let (ours, truth) = (by_nearest(&scene, &sensor, passes), estimate(&truth[4]));
-    findings.push(Finding::equivalent("50 nearest, sum", &ours, &truth, effort.bound(PASSES, BOUND_BY_NEAREST)));
+    let (ours, truth) = (by_nearest(&scene, &sensor, replicates), estimate(&truth[4]));
+    findings.push(Finding::equivalent("50 nearest, sum", &ours, &truth, effort.bound(REPLICATES, BOUND_BY_NEAREST)));
     findings
 }
 
-/// The image of the default lookup, 50 photons of a map that is dense, as it is: its bias must be small.
-fn by_nearest(scene: &str, sensor: &str, passes: u64) -> Estimate {
+/// The mean of the image with the default lookup of 50 photons, without extrapolation. The map is dense, so the bias is
+/// small.
+fn by_nearest(scene: &str, sensor: &str, replicates: u64) -> Estimate {
     let params = [("max_depth", "6"), ("global_photons", "60000"), ("caustic_photons", "60000")];
     let renderer = renderer(scene, sensor, "photonmapper", &params);
-    let sums = (0..passes).map(|number| parts(&renderer, Replicate { seed: 96, number, samples: 32 })[4]);
+    let sums = (0..replicates).map(|number| parts(&renderer, Replicate { seed: 96, number, samples: 32 })[4]);
     estimate(&sums.collect())
 }
 
 fn estimate(moments: &Moments) -> Estimate {
-    Estimate::from_moments(moments).expect("there are two passes or more")
+    Estimate::from_moments(moments).expect("there are two replicates or more")
 }

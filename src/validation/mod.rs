@@ -1,7 +1,6 @@
-//! The laws of whole renders, and what `etendue verify` runs and the report tabulates: all laws and all reference
-//! scenes.
+//! The laws of whole renders, and the list of all laws and reference scenes that `etendue verify` runs and tabulates.
 //!
-//! The laws of plugin lists stay beside their lists. A sub-module uses only itself and those above it.
+//! The laws of a plugin list are defined beside that list. Each sub-module uses only itself and the sub-modules above it.
 
 pub mod theory;
 mod setup;

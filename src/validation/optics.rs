@@ -1,4 +1,4 @@
-//! Lenses and mirrors: where rays cross the axis, and where they meet.
+//! Lenses and mirrors: axis crossings and foci of traced rays.
 
 use std::f64::consts::FRAC_PI_6;
 
@@ -13,40 +13,41 @@ use crate::{
     validation::setup::{self, GLASS, triple},
 };
 
-/// These laws.
+/// The laws of lenses and mirrors.
 pub const LAWS: &[Law] = &[
     Law {
         name: "optics/ball-lens",
-        claim: "A ray at the height h of a glass ball of radius 1 and index 1.5 crosses the axis at h / sin δ with \
-                δ = 2 (asin h - asin h/n), before the paraxial focus 1.5 by the longitudinal aberration, at six heights.",
+        claim: "A parallel ray at the height h on a glass sphere of radius 1 and index n = 1.5 crosses the axis at h / sin δ with \
+                δ = 2 (asin h - asin h/n). This is before the paraxial focus 1.5 by the longitudinal aberration, at six heights.",
         source: "Snell's law; 0.00417294, 0.01676798, 0.03802156, 0.10842705, 0.22221298, 0.39555443",
         check: Check::Analytic(ball_lens),
     },
     Law {
         name: "optics/lenses",
-        claim: "Rays through a plano-convex lens, either way, and through a biconvex one, made by CSG, cross the axis where a trace \
-                by angles puts it.",
+        claim: "Rays through CSG lenses, a plano-convex one in both orientations and a biconvex one, cross the axis where a trace of \
+                angles predicts it.",
         source: "Snell's law at spheres and planes; from the si 1.97740058, 1.78872483, 1.35257112; 1.79428975, 1.64606230; \
                  0.91568875, 0.79996801, 0.41350583",
         check: Check::Analytic(lenses),
     },
     Law {
         name: "optics/mirrors",
-        claim: "A paraboloid sends what is parallel to its axis through its focus, an ellipsoid what comes from one focus through \
-                the other, on ways of the same length; as named shapes and as turned quadrics.",
-        source: "definition of the conics; distances in units of the focal length or the half axis",
+        claim: "A paraboloid reflects rays parallel to its axis through its focus. An ellipsoid reflects rays from one focus through the \
+                other, on paths of equal length. Both hold for the named shapes and for rotated quadrics.",
+        source: "definition of the conics; distances in units of the focal length or of the semi-axis",
         check: Check::Analytic(mirrors),
     },
 ];
 
-/// A ray after so many surfaces, each of which refracts it, or reflects it if it does not transmit, and the length of
-/// its way to the last.
+/// Traces a ray through a number of surfaces. Each surface refracts the ray, or reflects it if it does not transmit.
+///
+/// Returns the outgoing ray and the path length up to the last surface.
 fn traced(scene: &Scene, mut ray: Ray, surfaces: usize) -> Option<(Ray, f64)> {
     let mut length = 0.0;
     for _ in 0..surfaces {
         let si = scene.intersect(&ray)?;
         let shading_point = ShadingPoint::new(scene, si, TransportMode::Radiance);
-        // The greatest number chooses what is refracted.
+        // The largest random number selects refraction.
         let sample = shading_point.bsdf.sample(&shading_point.query, 1.0 - 1e-16, glam::DVec2::splat(0.5))?;
         length += si.t * ray.direction.length();
         ray = Ray::leaving(si.surface.p, si.surface.shading.to_world(sample.wo));
@@ -59,7 +60,7 @@ fn axis_crossing(ray: &Ray) -> f64 {
     ray.at(-ray.origin.x / ray.direction.x).z
 }
 
-/// A ray along z at a height, from in front.
+/// A ray at the height `h` that travels along +z and starts before the lens.
 fn parallel(h: f64) -> Ray {
     Ray::new(DVec3::new(h, 0.0, -7.0), DVec3::Z)
 }
@@ -73,7 +74,7 @@ fn ball_lens(_: Effort) -> Vec<Finding> {
         (0.7, 0.222_212_98),
         (0.9, 0.395_554_43),
     ];
-    // Neither at the origin nor of radius 1.
+    // The sphere is not at the origin and its radius is not 1.
     let (centre, radius) = (DVec3::new(0.3, -0.2, 0.5), 1.7);
     let to_world = format!(
         r#"<transform name="to_world"><scale value="{radius}"/><translate value="{}"/></transform>"#,
@@ -101,7 +102,7 @@ fn half_space(turn: &str, z: f64) -> String {
     format!(r#"<shape type="plane"><transform name="to_world">{turn}<translate z="{z}"/></transform></shape>"#)
 }
 
-fn ball(z: f64) -> String {
+fn unit_sphere(z: f64) -> String {
     format!(r#"<shape type="sphere"><point name="center" x="0" y="0" z="{z}"/></shape>"#)
 }
 
@@ -110,28 +111,28 @@ fn lens(one: &str, other: &str) -> Scene {
     setup::scene(&format!(r#"<shape type="csg">{operation}{one}{other}{GLASS}</shape>"#))
 }
 
-/// Where a ray that falls towards the axis at an angle and would cross it at `z` crosses it once it has left a sphere of
-/// radius 1 around the axis at `centre`, and at which angle.
+/// Refracts a ray, given as its axis crossing `z` and its angle to the axis, where it leaves a sphere of radius 1 whose
+/// centre is on the axis at `centre`. Returns the new crossing and angle.
 ///
-/// The product of the index and the distance from the centre is the same before and behind a sphere.
-fn behind_sphere((z, angle): (f64, f64), centre: f64, [before, after]: [f64; 2]) -> (f64, f64) {
-    // Also the sines of the angles to the radius.
+/// Refraction at a sphere conserves the product of the index and the ray's distance from the centre.
+fn after_sphere((z, angle): (f64, f64), centre: f64, [before, after]: [f64; 2]) -> (f64, f64) {
+    // At radius 1, distances from the centre are sines of the angles to the normal.
     let distance = (z - centre) * angle.sin();
     let refracted = distance * before / after;
-    // Leaving glass, it is bent away from the radius.
+    // A ray that leaves glass is bent away from the normal.
     let angle = angle + refracted.asin() - distance.asin();
     (centre + refracted / angle.sin(), angle)
 }
 
-/// The same for a plane across the axis.
-fn behind_plane((z, angle): (f64, f64), plane: f64, [before, after]: [f64; 2]) -> (f64, f64) {
+/// Refracts a ray, given as its axis crossing and its angle, at a plane perpendicular to the axis.
+fn after_plane((z, angle): (f64, f64), plane: f64, [before, after]: [f64; 2]) -> (f64, f64) {
     let height = (z - plane) * angle.tan();
     let angle = (angle.sin() * before / after).asin();
     (plane + height / angle.tan(), angle)
 }
 
-/// Behind the first sphere, whose centre is at `centre`, of a ray parallel to the axis.
-fn behind_first(h: f64, centre: f64) -> (f64, f64) {
+/// The axis crossing and the angle of a parallel ray of height `h` after it enters the sphere with the centre `centre`.
+fn after_first(h: f64, centre: f64) -> (f64, f64) {
     let angle = h.asin() - (h / 1.5).asin();
     (centre + h / 1.5 / angle.sin(), angle)
 }
@@ -144,20 +145,20 @@ fn lenses(_: Effort) -> Vec<Finding> {
         findings.push(Finding::value(format!("{name}, h = {h}, the closed form"), expected - si, table, 1e-8));
         findings.push(Finding::value(format!("{name}, h = {h}"), found, expected - si, 1e-9));
     };
-    // What is above z = 0.2 of a ball: the plane comes first.
-    let plane_first = lens(&ball(0.0), &half_space(turned, 0.2));
+    // The part of a sphere above z = 0.2: rays hit the plane first.
+    let plane_first = lens(&unit_sphere(0.0), &half_space(turned, 0.2));
     for (h, table) in [(0.1_f64, 1.977_400_58), (0.3, 1.788_724_83), (0.5, 1.352_571_12)] {
         let bend: f64 = (1.5 * h).asin() - h.asin();
         check("plane first", &plane_first, 1.0, h, ((1.0 - h * h).sqrt() + h / bend.tan(), table));
     }
-    let curved_first = lens(&ball(0.0), &half_space("", -0.7));
+    let curved_first = lens(&unit_sphere(0.0), &half_space("", -0.7));
     for (h, table) in [(0.1, 1.794_289_75), (0.5, 1.646_062_30)] {
-        let (z, _) = behind_plane(behind_first(h, 0.0), -0.7, [1.5, 1.0]);
+        let (z, _) = after_plane(after_first(h, 0.0), -0.7, [1.5, 1.0]);
         check("curved first", &curved_first, -0.7, h, (z, table));
     }
-    let biconvex = lens(&ball(1.6), &ball(0.0));
+    let biconvex = lens(&unit_sphere(1.6), &unit_sphere(0.0));
     for (h, table) in [(0.1, 0.915_688_75), (0.3, 0.799_968_01), (0.5, 0.413_505_83)] {
-        let (z, _) = behind_sphere(behind_first(h, 1.6), 0.0, [1.5, 1.0]);
+        let (z, _) = after_sphere(after_first(h, 1.6), 0.0, [1.5, 1.0]);
         check("biconvex", &biconvex, 1.0, h, (z, table));
     }
     findings
@@ -172,8 +173,8 @@ fn coefficients(diagonal: DVec3, linear: DVec3, constant: f64, map: &DAffine3) -
     let (v, t) = (r * linear, map.translation);
     let (v, k) = (v - 2.0 * (m * t), constant - v.dot(t) + t.dot(m * t));
     let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis];
-    let sampler = [x.x, y.y, z.z, 2.0 * x.y, 2.0 * x.z, 2.0 * y.z, v.x, v.y, v.z, k];
-    sampler.map(|number| number.to_string()).join(", ")
+    let numbers = [x.x, y.y, z.z, 2.0 * x.y, 2.0 * x.z, 2.0 * y.z, v.x, v.y, v.z, k];
+    numbers.map(|number| number.to_string()).join(", ")
 }
 
 fn quadric(coefficients: &str) -> String {
@@ -183,8 +184,8 @@ fn quadric(coefficients: &str) -> String {
     )
 }
 
-/// A rotation about an axis askew, and a translation.
-fn askew() -> (DAffine3, String) {
+/// A rotation about an oblique axis and a translation, as a map and as XML.
+fn oblique() -> (DAffine3, String) {
     let (axis, t) = (DVec3::new(2.0, 1.0, 2.0) / 3.0, DVec3::new(0.4, -0.3, 0.2));
     let map = DAffine3::from_translation(t) * DAffine3::from_axis_angle(axis, FRAC_PI_6);
     let DVec3 { x, y, z } = axis;
@@ -195,14 +196,14 @@ fn askew() -> (DAffine3, String) {
     (map, text)
 }
 
-/// How far a ray passes by a point.
+/// The distance of a point from the line of a ray.
 fn miss(ray: &Ray, point: DVec3) -> f64 {
-    let way = point - ray.origin;
-    (way - way.dot(ray.direction) * ray.direction).length()
+    let offset = point - ray.origin;
+    (offset - offset.dot(ray.direction) * ray.direction).length()
 }
 
 fn mirrors(_: Effort) -> Vec<Finding> {
-    let (map, to_world) = askew();
+    let (map, to_world) = oblique();
     // z = r² / 4f with a rim of radius 1.6 at the height 0.8.
     let f = 0.8;
     let bowl = format!(
@@ -232,7 +233,7 @@ fn mirrors(_: Effort) -> Vec<Finding> {
                 let found = traced(&scene, Ray::new(from, direction.normalize()), 1);
                 note(name, found.map_or(f64::NAN, |(ray, _)| miss(&ray, to) / a));
                 let length = found.map_or(f64::NAN, |(ray, length)| length + ray.origin.distance(to));
-                note(&format!("{name}, length of the way"), (length / (2.0 * a) - 1.0).abs());
+                note(&format!("{name}, path length"), (length / (2.0 * a) - 1.0).abs());
             }
         }
     })

@@ -1,4 +1,4 @@
-//! What photon maps must keep, in scenes whose answer is known.
+//! The laws of photon emission and of photon maps, in scenes with known answers.
 
 use std::{f64::consts::PI, num::NonZeroUsize};
 
@@ -18,67 +18,68 @@ use crate::{
 pub const LAWS: &[Law] = &[
     Law {
         name: "photon-map/stored",
-        claim: "In a closed room of albedo ρ an emitted photon is stored 1/(1-ρ) times, and all stored power is Φ/(1-ρ) in each \
-                channel; one light_vertex is direct light, of power Φ.",
+        claim: "In a closed room of albedo ρ an emitted photon is stored 1/(1-ρ) times on average, and the stored power is Φ/(1-ρ) in each \
+                channel. The first stored photon of each path is direct light, with the total power Φ.",
         source: "geometric series; Jensen 2001, section 5.2",
         check: Check::Analytic(stored),
     },
     Law {
         name: "photon-map/glass",
-        claim: "All power that a source in a glass ball emits gets out of it: photons know no 1/η².",
+        claim: "All power that a light inside a glass sphere emits leaves the sphere: photon power is not scaled by 1/η².",
         source: "conservation of energy; Veach 1997, section 5.2",
         check: Check::Analytic(glass),
     },
     Law {
         name: "photon-map/uniform",
-        claim: "Even light is estimated without bias from the k nearest photons, by each kernel, at 0 and 60 degrees of incidence, on \
-                an edge, near it and in a corner of a rectangle, beside a step to another, and for all photons within a radius.",
-        source: "the k - 1 nearest of a Poisson process are evenly spread within the k-th's distance",
+        claim: "The estimate of a uniform irradiance is unbiased, from the k nearest photons and from all photons within a radius, with \
+                each kernel, at 0 and 60 degrees of incidence: inside a rectangle, on and near its edge, in its corner, and beside a \
+                step to another rectangle.",
+        source: "the k - 1 nearest points of a Poisson process are uniformly distributed within the distance of the k-th",
         check: Check::Analytic(uniform),
     },
     Law {
         name: "photon-map/knn-normalization",
-        claim: "The textbook's k / πr² would be too bright by k / (k - 1): 25 %, 5.3 % and 2.0 % for 5, 20 and 50 photons.",
-        source: "E[1 / r²] of a Poisson process; counted from a sorted list of distances",
+        claim: "The textbook estimate k / πr² is too bright by the factor k / (k - 1): by 25 %, 5.3 % and 2.0 % for 5, 20 and 50 photons.",
+        source: "E[1 / r²] of a Poisson process; measured from a sorted list of distances",
         check: Check::Analytic(textbook),
     },
     Law {
         name: "photon-map/thin-wall",
-        claim: "The back of a thin wall that is lit from its front is black, be it one surface or two; so are the walls of a corner \
-                that light only grazes.",
-        source: "opaque walls let nothing through",
+        claim: "The back of a thin wall that is lit from its front is black, whether the wall is one surface or two. A wall whose \
+                plane contains the light is black too.",
+        source: "opaque walls transmit nothing",
         check: Check::Analytic(thin_wall),
     },
     Law {
         name: "photon-map/kind",
-        claim: "Photons that are aimed at mirrors and glass carry the same power to what these light, channel by channel, as those that \
-                are sent everywhere; from each kind of light, at balls that overlap.",
+        claim: "Photons emitted towards specular surfaces bring the same caustic power, in each channel, as photons emitted in all \
+                directions. This holds for each type of emitter, and where bounding spheres of specular surfaces overlap.",
         source: "importance sampling",
         check: Check::Analytic(kind),
     },
 ];
 
-const FOREVER: PathLimits = PathLimits { max_depth: u32::MAX, rr_depth: 1 };
+const UNLIMITED: PathLimits = PathLimits { max_depth: u32::MAX, rr_depth: 1 };
 
-/// Something about each of many independent harvests.
+/// Applies `measure` to each of `times` independent sets of photons.
 fn each<T>(
     scene: &Scene,
     kind: PhotonMapKind,
     emitted: u64,
     times: u32,
-    about: impl Fn(&EmittedPhotons) -> T,
+    measure: impl Fn(&EmittedPhotons) -> T,
 ) -> Vec<T> {
     (0..times)
-        .map(|replicate| about(&trace_photons(scene, kind, emitted, FOREVER, [17, u64::from(replicate), 0])))
+        .map(|replicate| measure(&trace_photons(scene, kind, emitted, UNLIMITED, [17, u64::from(replicate), 0])))
         .collect()
 }
 
-/// A test of each channel's mean.
+/// Tests the mean of each channel.
 fn means(subject: &str, values: &[Rgb], expected: Rgb) -> Vec<Finding> {
     let channel = |i: usize| {
         let moments: Moments = values.iter().map(|value| value[i]).collect();
         let subject = format!("{subject}, {}", CHANNELS[i]);
-        // Photons keep their powers in f32, of which all are equal where nothing scatters by chance.
+        // Without random scattering all photons have equal powers, rounded to f32. A test of the mean needs variance.
         if values.iter().all(|value| (value[i] - moments.mean).abs() < 1e-7 * moments.mean) {
             return Finding::value(subject, moments.mean, expected[i], 1e-7 * expected[i]);
         }
@@ -114,10 +115,9 @@ fn stored(effort: Effort) -> Vec<Finding> {
         {
             let subject = format!("{room}, {name}");
             let found = each(&scene(&parts), PhotonMapKind::Global, 4096, times, |emitted| {
-                let tallies = PathClass::ALL.map(|class| emitted.statistics(class));
-                let count =
-                    tallies.iter().map(|statistics| statistics.stored).sum::<u64>() as f64 / emitted.emitted as f64;
-                (count, tallies.iter().map(|statistics| statistics.power).sum::<Rgb>(), tallies[0].power)
+                let statistics = PathClass::ALL.map(|class| emitted.statistics(class));
+                let count = statistics.iter().map(|class| class.stored).sum::<u64>() as f64 / emitted.emitted as f64;
+                (count, statistics.iter().map(|class| class.power).sum::<Rgb>(), statistics[0].power)
             });
             let column = |value: fn(&(f64, Rgb, Rgb)) -> Rgb| found.iter().map(value).collect::<Vec<_>>();
             findings.extend(means(&format!("{subject}, power"), &column(|f| f.1), power / (Rgb::ONE - albedo)));
@@ -147,10 +147,10 @@ fn glass(effort: Effort) -> Vec<Finding> {
     findings
 }
 
-/// Sunlight on the square from -1 to 1, at an angle, of which the irradiance is known.
+/// A scene with parallel light at an angle of incidence on the square from -1 to 1, and the square's irradiance.
 fn sunlit(degrees: f64) -> (Scene, Rgb) {
     let (sin, cos) = degrees.to_radians().sin_cos();
-    // The second square is lower, so little that a ball around a photon reaches it.
+    // The second square is lower by so little that a lookup sphere reaches it.
     let parts = format!(
         r#"<emitter type="directional"><vector name="direction" x="{}" y="{}" z="{}"/>
              <rgb name="irradiance" value="1, 3, 0.2"/></emitter>
@@ -165,9 +165,9 @@ fn sunlit(degrees: f64) -> (Scene, Rgb) {
     (scene(&parts), Rgb::new(1.0, 3.0, 0.2) * cos)
 }
 
-/// The place of the surface that is seen from straight above.
-fn seen_from(scene: &Scene, origin: DVec3, direction: DVec3) -> GatherPoint {
-    let si = scene.intersect(&Ray::new(origin, direction)).expect("there is a surface");
+/// The gather point where a ray intersects the scene.
+fn gather_point(scene: &Scene, origin: DVec3, direction: DVec3) -> GatherPoint {
+    let si = scene.intersect(&Ray::new(origin, direction)).expect("the ray intersects a surface");
     GatherPoint::new(scene, &si)
 }
 
@@ -178,7 +178,7 @@ fn irradiance(map: &PhotonMap, point: &GatherPoint, lookup: &EstimateParameters)
 }
 
 fn uniform(effort: Effort) -> Vec<Finding> {
-    const PLACES: [(&str, f64, f64); 5] = [
+    const POINTS: [(&str, f64, f64); 5] = [
         ("inside", 0.1, -0.2),
         ("near an edge", 0.95, 0.3),
         ("on an edge", 0.1, 0.999_999),
@@ -196,17 +196,17 @@ fn uniform(effort: Effort) -> Vec<Finding> {
     let mut findings = Vec::new();
     for degrees in [0.0, 60.0] {
         let (scene, expected) = sunlit(degrees);
-        let sites = PLACES.map(|(_, x, y)| seen_from(&scene, DVec3::new(x, y, 1.0), -DVec3::Z));
+        let points = POINTS.map(|(_, x, y)| gather_point(&scene, DVec3::new(x, y, 1.0), -DVec3::Z));
         let found = each(&scene, PhotonMapKind::Global, 6000, effort.samples(1200), |emitted| {
             let map = PhotonMap::new(&emitted.positions, emitted.photons.clone());
             let at = |point: &GatherPoint| {
                 lookups.iter().map(|(_, lookup)| irradiance(&map, point, lookup).y).collect::<Vec<_>>()
             };
-            sites.iter().map(at).collect::<Vec<_>>()
+            points.iter().map(at).collect::<Vec<_>>()
         });
-        for (place, (name, ..)) in PLACES.iter().enumerate() {
-            for (which, (lookup, _)) in lookups.iter().enumerate() {
-                let moments: Moments = found.iter().map(|estimates| estimates[place][which]).collect();
+        for (i, (name, ..)) in POINTS.iter().enumerate() {
+            for (j, (lookup, _)) in lookups.iter().enumerate() {
+                let moments: Moments = found.iter().map(|estimates| estimates[i][j]).collect();
                 findings.push(Finding::mean(format!("{degrees}°, {name}, {lookup}"), &moments, expected.y));
             }
         }
@@ -263,13 +263,13 @@ fn thin_wall(_: Effort) -> Vec<Finding> {
     findings
 }
 
-/// The irradiance where there is none.
+/// Tests that the irradiance estimate is 0 where each of the rays intersects the scene.
 fn darkness(name: &str, scene: &Scene, lookup: &EstimateParameters, rays: &[(&str, DVec3, DVec3)]) -> Vec<Finding> {
     let direct = PathLimits { max_depth: 1, rr_depth: 1 };
     let found = trace_photons(scene, PhotonMapKind::Global, 50_000, direct, [18, 0, 0]);
     let map = PhotonMap::new(&found.positions, found.photons);
     let dark = |(ray, origin, direction): &(&str, DVec3, DVec3)| {
-        let found = irradiance(&map, &seen_from(scene, *origin, *direction), lookup);
+        let found = irradiance(&map, &gather_point(scene, *origin, *direction), lookup);
         Finding::value(format!("{name}, {ray}"), luminance(found), 0.0, 0.0)
     };
     rays.iter().map(dark).collect()
@@ -315,8 +315,8 @@ fn kind(effort: Effort) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (name, light) in lights {
         let scene = scene(&format!("{light}{things}"));
-        let cast = |kind| each(&scene, kind, 8192, times, |emitted| emitted.statistics(PathClass::Caustic).power);
-        let (aimed, everywhere) = (cast(PhotonMapKind::Caustic), cast(PhotonMapKind::Global));
+        let trace = |kind| each(&scene, kind, 8192, times, |emitted| emitted.statistics(PathClass::Caustic).power);
+        let (aimed, everywhere) = (trace(PhotonMapKind::Caustic), trace(PhotonMapKind::Global));
         for (i, channel) in CHANNELS.iter().enumerate() {
             let of = |values: &[Rgb]| values.iter().map(|value| value[i]).collect::<Moments>();
             findings.push(Finding::equal_means(format!("{name}, {channel}"), &of(&aimed), &of(&everywhere)));

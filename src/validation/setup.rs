@@ -1,7 +1,7 @@
-//! Scenes of the laws, from their parts.
+//! Builds the test scenes of the laws from XML fragments.
 //!
-//! No scene has a radius, an albedo or an angle that hides a factor: no unit distances, no equal channels, no light
-//! that stands straight above.
+//! The scenes avoid values that could hide a wrong factor: distances are not 1, channels are not equal, and lights are
+//! not exactly overhead.
 
 use std::path::Path;
 
@@ -18,29 +18,30 @@ use crate::{
     stats::Moments,
 };
 
-/// A camera whose samples all lie in the centres of their pixels, but for a millionth of a millionth of a pixel.
+/// A camera whose samples all lie within about 1e-12 pixels of their pixel's centre.
 pub(super) struct PixelCentres {
-    /// Where rays start, at a distance of [`PixelCentres::NEAR`] or more.
-    pub(super) eye: DVec3,
+    /// The camera's position. Rays start at the near plane, at a depth of [`PixelCentres::NEAR`].
+    pub(super) position: DVec3,
+    /// The point that the optical axis passes through.
     pub(super) target: DVec3,
-    /// Degrees across the width.
+    /// The horizontal field of view, in degrees.
     pub(super) fov: f64,
     pub(super) columns: u32,
     pub(super) rows: u32,
 }
 
 impl PixelCentres {
-    /// How far before the eye rays start, along the axis of view.
+    /// The depth of the near plane along the optical axis.
     pub(super) const NEAR: f64 = 0.001;
 
     pub(super) fn xml(&self) -> String {
-        let Self { eye, target, fov, columns, rows } = self;
-        let is_steep = (*target - *eye).normalize().z.abs() > 0.99;
+        let Self { position, target, fov, columns, rows } = self;
+        let is_steep = (*target - *position).normalize().z.abs() > 0.99;
         let up = triple(if is_steep { DVec3::X } else { DVec3::Z });
-        let (eye, target) = (triple(*eye), triple(*target));
+        let (position, target) = (triple(*position), triple(*target));
         format!(
             r#"<sensor type="perspective"><float name="fov" value="{fov}"/><float name="near_clip" value="{}"/>
-               <transform name="to_world"><lookat origin="{eye}" target="{target}" up="{up}"/></transform>
+               <transform name="to_world"><lookat origin="{position}" target="{target}" up="{up}"/></transform>
                <film type="hdrfilm"><integer name="width" value="{columns}"/><integer name="height" value="{rows}"/>
                <rfilter type="gaussian"><float name="stddev" value="1e-12"/></rfilter></film></sensor>"#,
             Self::NEAR
@@ -53,23 +54,23 @@ fn parsed(parts: &[&str]) -> Document {
     xml::parse(&text, "law", Path::new(""), &[]).expect("the scene is valid XML")
 }
 
-/// A renderer of these parts.
+/// A renderer of a scene made of these XML fragments.
 pub(super) fn renderer(integrator: &str, sensor: &str, scene: &str) -> Renderer {
     renderer_with(&Overrides::default(), &[integrator, sensor, scene])
 }
 
-/// A renderer of these parts, with changes to its integrator.
+/// A renderer of a scene made of these XML fragments, with overridden integrator parameters.
 pub(super) fn renderer_with(overrides: &Overrides, parts: &[&str]) -> Renderer {
     Renderer::new(&parsed(parts), overrides).expect("the scene is valid")
 }
 
-/// A scene that nobody renders.
+/// A scene for queries only: it gets a default camera and is never rendered.
 pub(super) fn scene(parts: &str) -> Scene {
     let sensor = r#"<sensor type="perspective"/>"#;
     Scene::build(&parsed(&[sensor, parts])).expect("the scene is valid")
 }
 
-/// A scene with an integrator, seen along single rays, by a camera of one pixel for each.
+/// A scene and an integrator, evaluated along single rays. Each ray has a camera of one pixel.
 pub(super) struct Setup {
     integrator: String,
     scene: String,
@@ -80,11 +81,11 @@ impl Setup {
         Self { integrator: integrator.to_owned(), scene: scene.to_owned() }
     }
 
-    /// The estimates of a replicate of the radiance that comes from a point against a direction.
+    /// Visits each of a replicate's estimates of the radiance along the ray from `origin` towards `direction`.
     fn samples(&self, (origin, direction): (DVec3, DVec3), replicate: Replicate, mut visit: impl FnMut(Rgb)) {
         let direction = direction.normalize();
-        let eye = origin - PixelCentres::NEAR * direction;
-        let sensor = PixelCentres { eye, target: eye + direction, fov: 1.0, columns: 1, rows: 1 };
+        let position = origin - PixelCentres::NEAR * direction;
+        let sensor = PixelCentres { position, target: position + direction, fov: 1.0, columns: 1, rows: 1 };
         let renderer = renderer(&self.integrator, &sensor.xml(), &self.scene);
         let mut rendering = renderer.begin(replicate);
         let mut values = vec![0.0; rendering.film().stride()];
@@ -93,14 +94,14 @@ impl Setup {
         }
     }
 
-    /// One estimate of the radiance that comes from a point against a direction.
+    /// One estimate of the radiance along the ray from `origin` towards `direction`.
     pub(super) fn once(&self, origin: DVec3, direction: DVec3, seed: u64) -> Rgb {
         let mut found = Rgb::ZERO;
         self.samples((origin, direction), Replicate { seed, number: 0, samples: 1 }, |radiance| found = radiance);
         found
     }
 
-    /// Many of them, by channel.
+    /// The moments, by channel, of many estimates of the radiance along a ray.
     pub(super) fn many(&self, origin: DVec3, direction: DVec3, samples: u32, seed: u64) -> [Moments; 3] {
         let mut moments = [Moments::default(); 3];
         self.samples((origin, direction), Replicate { seed, number: 0, samples }, |radiance| {
@@ -109,7 +110,7 @@ impl Setup {
         moments
     }
 
-    /// Tests the radiance of each channel.
+    /// Tests the mean radiance of each channel against its expectation.
     pub(super) fn test(
         &self,
         subject: &str,
@@ -121,7 +122,7 @@ impl Setup {
         (0..3).map(|i| Finding::mean(format!("{subject}, {}", CHANNELS[i]), &found[i], expected[i])).collect()
     }
 
-    /// Compares the radiance of each channel where it has no variance, relative to the expectation.
+    /// Compares the radiance of each channel with its expectation to a relative 1e-9, for estimators without variance.
     pub(super) fn compare(&self, subject: &str, (origin, direction): (DVec3, DVec3), expected: Rgb) -> Vec<Finding> {
         let found = self.once(origin, direction, 30);
         let bound = |i: usize| 1e-9 * expected[i];
@@ -157,14 +158,14 @@ pub(super) fn triple(v: DVec3) -> String {
     format!("{}, {}, {}", v.x, v.y, v.z)
 }
 
-/// A plane `z = 0` that is large enough.
+/// A diffuse square of edge 200 in the plane `z = 0`, large enough to act as infinite.
 pub(super) fn ground(albedo: Rgb) -> String {
     let scale = r#"<transform name="to_world"><scale value="100"/></transform>"#;
     format!(r#"<shape type="rectangle">{scale}{}</shape>"#, diffuse(albedo))
 }
 
-/// A small disk with a normal.
-pub(super) fn patch(p: DVec3, n: DVec3, albedo: Rgb) -> String {
+/// A diffuse disk of radius 0.001 at `p` with the normal `n`.
+pub(super) fn small_disk(p: DVec3, n: DVec3, albedo: Rgb) -> String {
     let (target, up) = (triple(p + n), triple(n.any_orthonormal_vector()));
     format!(
         r#"<shape type="disk"><transform name="to_world"><scale value="0.001"/>
@@ -174,7 +175,7 @@ pub(super) fn patch(p: DVec3, n: DVec3, albedo: Rgb) -> String {
     )
 }
 
-/// A ray to a point from its front, obliquely.
+/// An oblique ray to the point `p` from the side of the normal `n`.
 pub(super) fn towards(p: DVec3, n: DVec3) -> (DVec3, DVec3) {
     let origin = p + 0.1 * n + 0.04 * n.any_orthonormal_vector();
     (origin, p - origin)
@@ -183,11 +184,11 @@ pub(super) fn towards(p: DVec3, n: DVec3) -> (DVec3, DVec3) {
 pub(super) const ALBEDO: Rgb = Rgb::new(0.8, 0.5, 0.2);
 pub(super) const RADIANCE: Rgb = Rgb::new(0.7, 2.0, 5.0);
 
-pub(super) fn sky(radiance: Rgb) -> String {
+pub(super) fn environment(radiance: Rgb) -> String {
     format!(r#"<emitter type="constant"><rgb name="radiance" value="{}"/></emitter>"#, triple(radiance))
 }
 
-/// A closed room of some shape whose walls shine and reflect.
+/// A closed room of the given shape, whose walls emit and reflect diffusely.
 pub(super) fn room(shape: &str, emission: Rgb, albedo: Rgb) -> String {
     let flip = r#"<boolean name="flip_normals" value="true"/>"#;
     format!(
@@ -197,8 +198,8 @@ pub(super) fn room(shape: &str, emission: Rgb, albedo: Rgb) -> String {
     )
 }
 
-/// A ray from inside a room.
-pub(super) const WITHIN: (DVec3, DVec3) = (DVec3::new(0.3, -0.5, 0.2), DVec3::new(0.5, 0.3, -0.8));
+/// The origin and direction of a ray that starts inside a room.
+pub(super) const RAY_INSIDE: (DVec3, DVec3) = (DVec3::new(0.3, -0.5, 0.2), DVec3::new(0.5, 0.3, -0.8));
 
 pub(super) const GLASS: &str =
     r#"<bsdf type="dielectric"><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf>"#;

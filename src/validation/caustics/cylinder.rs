@@ -1,10 +1,10 @@
-//! The caustics that half a mirror cylinder casts on its floor.
+//! The caustics of a mirror half cylinder on its floor.
 
 use std::f64::consts::TAU;
 
 use glam::DVec2;
 
-use super::{Lots, column};
+use super::{PhotonSets, column};
 use crate::{
     law::{Check, Effort, Finding, Law},
     math::Rgb,
@@ -21,19 +21,19 @@ use crate::{
     },
 };
 
-/// These laws.
+/// The laws of the half cylinder's caustics.
 pub const LAWS: &[Law] = &[
     Law {
         name: "caustic/nephroid",
-        claim: "Parallel light that half a mirror cylinder reflects once has the power of the closed form within four discs on its \
-                floor, and none beyond the nephroid that its rays touch, up to which it comes.",
+        claim: "Parallel light that a mirror half cylinder reflects once has the power of the closed form within four discs on its \
+                floor. Photons reach up to the nephroid, the envelope of the reflected rays, and none lie beyond it.",
         source: "E = E0 sin ε ρ Σ 1 / |1 - 2t / (R cos a)|, integrated; the envelope R/4 (3 cos a - cos 3a, 3 sin a - sin 3a)",
         check: Check::Analytic(nephroid),
     },
     Law {
         name: "caustic/cardioid",
-        claim: "Light of a point above the cylinder has so too, and the curve is a cardioid.",
-        source: "the power per angle and distance over |3t/2 - R cos (a/2)|; the envelope R/3 (2 cos a - cos 2a, 2 sin a - sin 2a)",
+        claim: "The same holds for a point light above the cylinder's circle, whose rays have a cardioid as envelope.",
+        source: "the power per angle and distance divided by |3t/2 - R cos (a/2)|; the envelope R/3 (2 cos a - cos 2a, 2 sin a - sin 2a)",
         check: Check::Analytic(cardioid),
     },
 ];
@@ -41,11 +41,12 @@ pub const LAWS: &[Law] = &[
 const RADIUS: f64 = 1.3;
 const WALL: f64 = 0.9;
 const REFLECTANCE: Rgb = Rgb::new(0.9, 0.6, 0.3);
-/// What a light has, in units of what it has in the theory.
+/// The power of the light in each channel, in units of the theory's light.
 const COLOUR: Rgb = Rgb::new(4.0, 2.0, 1.0);
 
-/// Lots of photons, and the bound that their noise allows.
-const LOTS: u32 = 48;
+/// The number of photon sets at the standard effort.
+const SETS: u32 = 48;
+/// The relative equivalence bound that their noise allows.
 const BOUND: f64 = 0.02;
 
 fn nephroid(effort: Effort) -> Vec<Finding> {
@@ -56,9 +57,9 @@ fn nephroid(effort: Effort) -> Vec<Finding> {
         -sin,
         triple(COLOUR)
     );
-    let lots = Lots { kind: PhotonMapKind::Caustic, emitted: 100_000, count: effort.samples(LOTS), seed: 71 };
-    let bound = effort.bound(LOTS, BOUND);
-    Case { room: room(Light::Collimated { irradiance, elevation }), turn: 2.0, channel: 0, lots, bound }.check(&sun)
+    let sets = PhotonSets { kind: PhotonMapKind::Caustic, emitted: 100_000, count: effort.samples(SETS), seed: 71 };
+    let bound = effort.bound(SETS, BOUND);
+    Case { room: room(Light::Collimated { irradiance, elevation }), turn: 2.0, channel: 0, sets, bound }.check(&sun)
 }
 
 fn cardioid(effort: Effort) -> Vec<Finding> {
@@ -68,44 +69,45 @@ fn cardioid(effort: Effort) -> Vec<Finding> {
         -RADIUS,
         triple(COLOUR)
     );
-    let lots = Lots { kind: PhotonMapKind::Caustic, emitted: 100_000, count: effort.samples(LOTS), seed: 72 };
-    let bound = effort.bound(LOTS, BOUND);
-    Case { room: room(Light::OnCircle { intensity, height }), turn: 1.5, channel: 1, lots, bound }.check(&lamp)
+    let sets = PhotonSets { kind: PhotonMapKind::Caustic, emitted: 100_000, count: effort.samples(SETS), seed: 72 };
+    let bound = effort.bound(SETS, BOUND);
+    Case { room: room(Light::OnCircle { intensity, height }), turn: 1.5, channel: 1, sets, bound }.check(&lamp)
 }
 
 fn room(light: Light) -> HalfCylinder {
     HalfCylinder { radius: RADIUS, wall_height: WALL, reflectance: 1.0, light }
 }
 
-/// A light in half a cylinder.
+/// A test case: a light in a half cylinder.
 struct Case {
     room: HalfCylinder,
-    /// The angle of a reflected ray over the angle at which it met the wall.
+    /// The angle of a reflected ray over the polar angle of its reflection point on the wall.
     turn: f64,
     channel: usize,
-    lots: Lots,
-    /// How far the power within a disc may be from the closed form.
+    sets: PhotonSets,
+    /// The relative equivalence bound for the power within a disc.
     bound: f64,
 }
 
-/// Angles at the wall of rays whose places on the caustic are looked at.
+/// Polar angles on the wall of the rays whose tangent points on the caustic are tested.
 const ANGLES: [f64; 3] = [-0.9, 0.6, 1.2];
-/// Rays and places that count as near to these.
+/// Rays within this angle of a tested ray count as near to it.
 const AROUND: f64 = 0.2;
+/// Photons within this distance of a tested point count as near to it.
 const NEAR: f64 = 0.08;
-/// The radius of discs.
+/// The radius of the discs.
 const DISC: f64 = 0.2;
-/// How many photons are expected where one must be: none is with a chance of e⁻²⁰.
+/// The expected number of photons in a region that must contain one. It is empty with probability e⁻²⁰.
 const SURE: f64 = 20.0;
-/// Of coordinates of about one, kept in f32.
+/// The error of coordinates of about 1 stored in f32.
 const ROUNDING: f64 = 1e-6;
 
 impl Case {
     fn check(&self, light: &str) -> Vec<Finding> {
-        let Self { room, channel, lots, bound, .. } = self;
-        // On the caustic, at its cusp, within it, and where the light of the upper rim of the wall ends.
+        let Self { room, channel, sets, bound, .. } = self;
+        // The discs are on the caustic, at its cusp, inside it, and where the light from the wall's upper rim ends.
         let discs = [room.caustic(0.5), room.caustic(0.0), DVec2::new(0.9, 0.1), DVec2::new(0.0, 0.3)];
-        let found = lots.each(&half_cylinder(light), |_, emitted| {
+        let found = sets.each(&half_cylinder(light), |_, emitted| {
             let powers = discs.map(|disc| within(&emitted, disc, *channel));
             let beyond = ANGLES.map(|angle| self.beyond(&emitted, angle));
             [&powers[..], &beyond, &[emitted.power[*channel] / COLOUR[*channel]]].concat()
@@ -116,19 +118,19 @@ impl Case {
             let (moments, expected) = (column(&found, i), unit * room.reflected_power(disc, DISC));
             let subject = format!("disc at {disc:.2}, {}", CHANNELS[*channel]);
             findings.push(Finding::mean(&*subject, &moments, expected));
-            // The noise leaves it to be shown where there is much light.
+            // Only the two bright discs have noise low enough to show equivalence.
             if i < 2 {
-                let estimate = Estimate::from_moments(&moments).expect("there are two lots or more");
+                let estimate = Estimate::from_moments(&moments).expect("there are two sets or more");
                 findings.push(Finding::equivalent(subject, &estimate, &Estimate::exact(expected), *bound));
             }
         }
         let power = column(&found, discs.len() + ANGLES.len()).mean;
-        // Roulette lets so many live.
+        // The probability that a photon survives Russian roulette at the wall.
         let survival = (REFLECTANCE * COLOUR).max_element() / COLOUR.max_element();
-        let photons = survival * (lots.emitted * u64::from(lots.count)) as f64 / power;
+        let photons = survival * (sets.emitted * u64::from(sets.count)) as f64 / power;
         for (i, angle) in ANGLES.into_iter().enumerate() {
             let greatest = found.iter().map(|found| found[discs.len() + i]).fold(f64::NEG_INFINITY, f64::max);
-            // In a disc on the caustic at least half of the light comes from rays that touch it there.
+            // In a disc on the caustic at least half of the light comes from rays that are tangent to it there.
             let excess = |r| 0.5 * photons * room.reflected_power(room.caustic(angle), r) - SURE;
             let short = bisect(excess, [0.0, NEAR]);
             findings.push(Finding::value(format!("beyond the curve at {angle}"), greatest, 0.0, short + ROUNDING));
@@ -136,28 +138,28 @@ impl Case {
         findings
     }
 
-    /// How far the photons around a place of the caustic are beyond it at most, of those whose rays touch it there.
+    /// The largest distance beyond the caustic of photons near a point of it, among those whose rays are tangent there.
     fn beyond(&self, emitted: &EmittedPhotons, angle: f64) -> f64 {
         let middle = self.room.caustic(angle);
-        let is_near = |place: DVec2, photon: &Photon| {
-            let towards_wall = photon.direction().truncate().to_angle();
-            let met = [-TAU, 0.0, TAU].map(|turn| ((towards_wall + turn) / self.turn - angle).abs());
-            place.distance(middle) < NEAR && met.into_iter().fold(f64::INFINITY, f64::min) < AROUND
+        let is_near = |point: DVec2, photon: &Photon| {
+            let to_wall = photon.direction().truncate().to_angle();
+            let angles = [-TAU, 0.0, TAU].map(|turn| ((to_wall + turn) / self.turn - angle).abs());
+            point.distance(middle) < NEAR && angles.into_iter().fold(f64::INFINITY, f64::min) < AROUND
         };
-        let near = reflected(emitted).filter(|(place, photon)| is_near(*place, photon));
-        near.map(|(place, _)| self.signed_distance(place, angle)).fold(f64::NEG_INFINITY, f64::max)
+        let near = reflected(emitted).filter(|(point, photon)| is_near(*point, photon));
+        near.map(|(point, _)| self.signed_distance(point, angle)).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// The distance from the caustic near an angle, positive on the side that it bends to: rays that touch it pass on
-    /// the other.
-    fn signed_distance(&self, place: DVec2, angle: f64) -> f64 {
+    /// The signed distance from the caustic near an angle, positive on the side that it bends to. Tangent rays pass on the
+    /// other side.
+    fn signed_distance(&self, point: DVec2, angle: f64) -> f64 {
         const STEP: f64 = 1e-4;
         let tangent = |angle: f64| self.room.caustic(angle + STEP) - self.room.caustic(angle - STEP);
-        let along = |angle: f64| (place - self.room.caustic(angle)).dot(tangent(angle));
+        let along = |angle: f64| (point - self.room.caustic(angle)).dot(tangent(angle));
         let foot = bisect(along, [angle - 2.0 * AROUND, angle + 2.0 * AROUND]);
         let bend = tangent(foot + STEP) - tangent(foot - STEP);
         let normal = bend.reject_from(tangent(foot)).normalize();
-        (place - self.room.caustic(foot)).dot(normal)
+        (point - self.room.caustic(foot)).dot(normal)
     }
 }
 
@@ -174,13 +176,13 @@ fn half_cylinder(light: &str) -> Scene {
 
 /// Photons on the floor after a single reflection.
 fn reflected(emitted: &EmittedPhotons) -> impl Iterator<Item = (DVec2, &Photon)> {
-    let place = |p: &[f32; 3]| DVec2::new(f64::from(p[0]), f64::from(p[1]));
-    let photons = emitted.positions.iter().map(place).zip(&emitted.photons);
+    let point = |p: &[f32; 3]| DVec2::new(f64::from(p[0]), f64::from(p[1]));
+    let photons = emitted.positions.iter().map(point).zip(&emitted.photons);
     photons.filter(|(_, photon)| photon.depth() == 2 && photon.class() == PathClass::Caustic)
 }
 
-/// The power of a channel within a disc.
+/// The power of one channel within a disc.
 fn within(emitted: &EmittedPhotons, disc: DVec2, channel: usize) -> f64 {
-    let inside = reflected(emitted).filter(|(place, _)| place.distance(disc) < DISC);
+    let inside = reflected(emitted).filter(|(point, _)| point.distance(disc) < DISC);
     inside.map(|(_, photon)| photon.power()[channel]).sum()
 }

@@ -1,4 +1,4 @@
-//! Caustics: light that a mirror or a lens gathers on a diffuse surface.
+//! The laws of caustics: light that mirrors and glass focus on diffuse surfaces.
 
 pub mod ball;
 pub mod cylinder;
@@ -13,26 +13,27 @@ use crate::{
     transport::PathLimits,
 };
 
-/// Independent lots of photons.
+/// Settings of independent sets of photons.
 #[derive(Clone, Copy)]
-struct Lots {
+struct PhotonSets {
     kind: PhotonMapKind,
-    /// Photons of each.
+    /// The number of photons that each set emits.
     emitted: u64,
+    /// The number of sets.
     count: u32,
     seed: u64,
 }
 
-impl Lots {
-    /// Something about each lot.
-    fn each<T>(&self, scene: &Scene, about: impl Fn(u64, EmittedPhotons) -> T) -> Vec<T> {
-        const DEPTHS: PathLimits = PathLimits { max_depth: u32::MAX, rr_depth: 1 };
-        let lot = |lot| about(lot, trace_photons(scene, self.kind, self.emitted, DEPTHS, [self.seed, lot, 0]));
-        (0..u64::from(self.count)).map(lot).collect()
+impl PhotonSets {
+    /// Applies `measure` to the index and the photons of each set.
+    fn each<T>(&self, scene: &Scene, measure: impl Fn(u64, EmittedPhotons) -> T) -> Vec<T> {
+        const LIMITS: PathLimits = PathLimits { max_depth: u32::MAX, rr_depth: 1 };
+        let set = |set| measure(set, trace_photons(scene, self.kind, self.emitted, LIMITS, [self.seed, set, 0]));
+        (0..u64::from(self.count)).map(set).collect()
     }
 }
 
-/// The moments of one of several numbers that each lot has.
+/// The moments, over the sets, of the `i`-th of the values measured for each.
 fn column<T: AsRef<[f64]>>(found: &[T], i: usize) -> Moments {
     found.iter().map(|numbers| numbers.as_ref()[i]).collect()
 }

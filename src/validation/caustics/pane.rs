@@ -1,4 +1,4 @@
-//! A floor that is lit and seen through a pane of glass.
+//! Photon mapping of a floor lit and viewed through a pane of glass.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
@@ -21,20 +21,20 @@ use crate::{
     },
 };
 
-/// These laws.
+/// The law of the floor under a pane.
 pub const LAWS: &[Law] = &[Law {
     name: "caustic/pane",
-    claim: "Photon mapping shows a floor under a pane of glass with the radiance of the closed form, in three bands of angles of the eye; \
-            with the blur of its kernel exactly, and without it within 2 %.",
-    source: "light, glass, floor, glass, eye: (1-R)² of the eye's ray times ρ/π E, E = (1-R)² I sin θ / (x dx/dθ) and \
+    claim: "Photon mapping gives a floor under a pane of glass the radiance of the closed form, in three bands of viewing angles. It agrees \
+            exactly with the closed form blurred by the kernel, and is within 2 % of the closed form itself.",
+    source: "paths light, glass, floor, glass, camera: (1-R)² of the camera ray times ρ/π E, with E = (1-R)² I sin θ / (x dx/dθ) and \
              x = (h-d) tan θ + d tan θt",
-    check: Check::Analytic(seen_through),
+    check: Check::Analytic(floor_under_pane),
 }];
 
 pub(in crate::validation) const PANE: Pane = Pane { index: 1.5, thickness: 0.4, height: 2.1, intensity: 1.0 };
 const INTENSITY: Rgb = Rgb::new(3.0, 1.0, 0.4);
 
-/// A point light over a pane over a floor.
+/// The XML of a point light above a pane above a floor.
 pub(crate) fn scene() -> String {
     let (half, height, Rgb { x, y, z }) = (0.5 * PANE.thickness, PANE.height, INTENSITY);
     let pane = format!(
@@ -46,27 +46,27 @@ pub(crate) fn scene() -> String {
     light + &pane + &ground(ALBEDO)
 }
 
-/// What is seen at different angles to the vertical, each in a channel of its own.
+/// The bands of viewing angles to the vertical. Each is tested in a channel of its own.
 pub(in crate::validation) const BANDS: [&str; 3] = ["up to 38°, red", "38° to 52°, green", "above 52°, blue"];
 
 const COLUMNS: u32 = 20;
 const ROWS: u32 = 15;
 
-/// A camera above the pane, which looks at what is around the place below the light.
+/// The XML of a camera above the pane that views the surroundings of the point below the light.
 pub(in crate::validation) fn camera() -> String {
-    let eye = DVec3::new(-1.9, -0.75, 2.0);
+    let position = DVec3::new(-1.9, -0.75, 2.0);
     let (sin, cos) = f64::to_radians(42.5).sin_cos();
-    let target = eye + DVec3::new(0.96 * sin, 0.28 * sin, -cos);
-    PixelCentres { eye, target, fov: 58.0, columns: COLUMNS, rows: ROWS }.xml()
+    let target = position + DVec3::new(0.96 * sin, 0.28 * sin, -cos);
+    PixelCentres { position, target, fov: 58.0, columns: COLUMNS, rows: ROWS }.xml()
 }
 
-/// What a pixel sees.
+/// The viewing band of a pixel and its point on the floor.
 pub(in crate::validation) struct Pixel {
     band: usize,
     footprint: Footprint,
 }
 
-/// What the pixels of this camera see, row by row.
+/// The pixels of this camera, row by row.
 pub(in crate::validation) fn pixels(camera: &Camera) -> Vec<Pixel> {
     let pixel = |(row, column): (u32, u32)| {
         let centre = DVec2::new(f64::from(column), f64::from(row)) + 0.5;
@@ -79,27 +79,28 @@ pub(in crate::validation) fn pixels(camera: &Camera) -> Vec<Pixel> {
     (0..ROWS).flat_map(|row| (0..COLUMNS).map(move |column| (row, column))).map(pixel).collect()
 }
 
-/// The mean radiance of each band, if the irradiance of a light of intensity 1 depends like this on the distance from
-/// the place below it.
+/// The expected mean radiance of each band, from the irradiance of a light of intensity 1 as a function of the distance from
+/// the point below it.
 pub(in crate::validation) fn expected(pixels: &[Pixel], irradiance: impl Fn(f64) -> f64) -> [f64; BANDS.len()] {
-    let seen = |pixel: &Pixel| {
+    let radiance = |pixel: &Pixel| {
         let Pixel { band, footprint: Footprint { place, weight } } = pixel;
         Rgb::splat(weight * FRAC_1_PI * irradiance(place.length())) * ALBEDO[*band] * INTENSITY[*band]
     };
-    band_means(&pixels.iter().map(seen).collect::<Vec<_>>(), pixels)
+    band_means(&pixels.iter().map(radiance).collect::<Vec<_>>(), pixels)
 }
 
 /// The mean radiance of each band in its channel.
-pub(in crate::validation) fn band_means(shown: &[Rgb], pixels: &[Pixel]) -> [f64; BANDS.len()] {
+pub(in crate::validation) fn band_means(radiances: &[Rgb], pixels: &[Pixel]) -> [f64; BANDS.len()] {
     std::array::from_fn(|band| {
-        let of_band = shown.iter().zip(pixels).filter(|(_, pixel)| pixel.band == band);
+        let of_band = radiances.iter().zip(pixels).filter(|(_, pixel)| pixel.band == band);
         let (count, sum) = of_band.fold((0.0, 0.0), |(count, sum), (radiance, _)| (count + 1.0, sum + radiance[band]));
         sum / count
     })
 }
 
-/// What the kernel makes of the irradiance of a light of intensity 1, by the distance from the place below it: for
-/// photons within each of these radii, in the mean over these.
+/// The irradiance of a light of intensity 1, blurred by the kernel, as a function of the distance from the point below it.
+///
+/// The blur is the mean over the given radii.
 pub(in crate::validation) fn blurred(kernel: Kernel, radii: &[f64], pixels: &[Pixel]) -> impl Fn(f64) -> f64 {
     let photons = Photons {
         irradiance: |place: DVec2| PANE.irradiance(place.length(), 0),
@@ -115,11 +116,11 @@ pub(in crate::validation) fn blurred(kernel: Kernel, radii: &[f64], pixels: &[Pi
     move |distance| interpolant.at(distance)[0]
 }
 
-/// How far photons count, and how.
+/// The lookup radius and the kernel.
 const LOOKUP: (f64, Kernel) = (0.2, Kernel::Epanechnikov);
 const PHOTONS: u32 = 100_000;
 
-/// Paths of six segments are those without reflections.
+/// A renderer with a max_depth of 6, which admits only paths without reflections inside the pane.
 fn mapper() -> Renderer {
     let integrator = format!(
         r#"<integrator type="photonmapper"><integer name="max_depth" value="6"/><integer name="global_photons" value="1"/>
@@ -130,7 +131,7 @@ fn mapper() -> Renderer {
     renderer(&integrator, &camera(), &scene())
 }
 
-fn seen_through(effort: Effort) -> Vec<Finding> {
+fn floor_under_pane(effort: Effort) -> Vec<Finding> {
     const REPLICATES: u32 = 60;
     const SAMPLES: u32 = 8;
     let renderer = mapper();
@@ -138,8 +139,8 @@ fn seen_through(effort: Effort) -> Vec<Finding> {
     let mut found = [Moments::default(); BANDS.len()];
     for number in 0..u64::from(effort.samples(REPLICATES)) {
         let film = renderer.render(Replicate { seed: 51, number, samples: SAMPLES }, &|_| {});
-        let shown: Vec<_> = film.means().into_iter().map(Rgb::from_array).collect();
-        found.iter_mut().zip(band_means(&shown, &pixels)).for_each(|(moments, mean)| moments.push(mean));
+        let radiances: Vec<_> = film.means().into_iter().map(Rgb::from_array).collect();
+        found.iter_mut().zip(band_means(&radiances, &pixels)).for_each(|(moments, mean)| moments.push(mean));
     }
     let (radius, kernel) = LOOKUP;
     let expected_blurred = expected(&pixels, blurred(kernel, &[radius], &pixels));

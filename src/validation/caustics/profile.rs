@@ -1,9 +1,9 @@
-//! The irradiance behind a glass ball, ring by ring: what the report draws.
+//! The irradiance behind a glass sphere, ring by ring. The report plots it.
 
 use std::f64::consts::PI;
 
 use super::{
-    Lots,
+    PhotonSets,
     ball::{SUN, landed, over_floor, unit},
 };
 use crate::{
@@ -12,11 +12,11 @@ use crate::{
     stats::Chi2,
 };
 
-/// This law.
+/// The law of the caustic's profile.
 pub const LAWS: &[Law] = &[Law {
     name: "caustic/profile",
-    claim: "Photons behind a glass ball fall into 30 rings around the axis as the closed form says, before the focus, where a fold \
-            bounds the bright disc, and behind it.",
+    claim: "Photon counts in 30 rings around the axis behind a glass sphere follow the closed form, both before the focus, where a fold \
+            bounds the bright disc, and behind the focus.",
     source: "the closed form of caustic/ball, by Pearson's test; photons of parallel light have equal powers",
     check: Check::Analytic(profiles),
 }];
@@ -27,14 +27,14 @@ fn profiles(effort: Effort) -> Vec<Finding> {
     [(1.2, 0.3), (2.0, 0.9)].map(|(plane, rim)| profile(effort, plane, rim)).into()
 }
 
-/// The rings of a plane, up to a radius.
+/// Tests the rings on one plane, up to the radius `rim`.
 fn profile(effort: Effort, plane: f64, rim: f64) -> Finding {
     let emitted = u64::from(effort.samples(1_000_000));
-    let lots = Lots { kind: PhotonMapKind::Caustic, emitted, count: 1, seed: 48 };
-    let (counts, power) = lots
+    let sets = PhotonSets { kind: PhotonMapKind::Caustic, emitted, count: 1, seed: 48 };
+    let (counts, power) = sets
         .each(&over_floor(&SUN, plane), |_, emitted| (counts(&emitted, plane, rim), emitted.power.x))
         .swap_remove(0);
-    // What a photon carries in the units of the theory.
+    // The power of a photon in the units of the theory.
     let photon = power / unit(&SUN, 0) / emitted as f64;
     let edge = |i: u32| rim * f64::from(i) / f64::from(RINGS);
     let within = |i: u32| if i == 0 { 0.0 } else { SUN.encircled_power(plane, edge(i)) };
@@ -49,7 +49,7 @@ fn profile(effort: Effort, plane: f64, rim: f64) -> Finding {
         [0.5 * (edge(i) + edge(i + 1)), count * photon / area, count.sqrt() * photon / area]
     });
     let curve = Curve {
-        axes: ["distance from the axis, in radii of the ball", "irradiance over that of the light"],
+        axes: ["distance from the axis, in radii of the sphere", "irradiance over that of the light"],
         expected: line(plane, rim),
         found: found.collect(),
         mark: SUN.folds(plane).first().map(|fold| (fold.radius, "fold of the caustic")),
@@ -59,15 +59,15 @@ fn profile(effort: Effort, plane: f64, rim: f64) -> Finding {
 
 fn counts(emitted: &EmittedPhotons, plane: f64, rim: f64) -> Vec<u64> {
     let mut counts = vec![0; RINGS as usize];
-    for (way, _) in landed(emitted, plane) {
-        if let Some(count) = counts.get_mut((way.length() / rim * f64::from(RINGS)) as usize) {
+    for (offset, _) in landed(emitted, plane) {
+        if let Some(count) = counts.get_mut((offset.length() / rim * f64::from(RINGS)) as usize) {
             *count += 1;
         }
     }
     counts
 }
 
-/// The closed form between the axis and the rim, at neither of which it is infinite.
+/// The closed form at points between the axis and the rim, none of which lies on the axis, where it is infinite.
 fn line(plane: f64, rim: f64) -> Vec<[f64; 2]> {
     const POINTS: u32 = 300;
     let radius = |i: u32| rim * (f64::from(i) + 0.5) / f64::from(POINTS);

@@ -1,4 +1,4 @@
-//! The bias and the variance of the mean of N passes.
+//! The bias and the variance of the mean of N passes of progressive photon mapping.
 
 use std::f64::consts::PI;
 
@@ -22,34 +22,34 @@ use crate::{
     },
 };
 
-/// These laws.
+/// The laws of finitely many passes.
 pub const LAWS: &[Law] = &[
     Law {
         name: "progressive/finite-n",
-        claim: "The mean of N passes has the bias and the variance that N passes must have, for α of 1/2, 2/3 and 4/5, three N, and a \
-                kernel each; and so do their slopes over N, which are not yet those of the limit.",
-        source: "N passes of independent photons: the mean is that of E blurred by the kernels, the variance N^-2 Σ (Φ ∫ E K² - mean²) / \
-                 M; in the limit N^(α-1) and N^-α, Knaus and Zwicker 2011, section 4",
+        claim: "The mean of N passes has the bias and the variance that are predicted for N passes, for three N and for α = 1/2, 2/3 and \
+                4/5, with a different kernel for each α. The slopes over N are the predicted ones, which still differ from the limits.",
+        source: "N passes of M independent photons: the mean is E blurred by the kernels, the variance is N^-2 Σ (Φ ∫ E K² - mean²) / M; \
+                 in the limit N^(α-1) and N^-α, Knaus and Zwicker 2011, section 4",
         check: Check::Analytic(passes),
     },
     Law {
         name: "progressive/finite-n-pixel",
-        claim: "With a radius for each pixel, the mean of N passes has the bias and the variance that the radii it had must give; these \
-                shrink like those of passes, by the photons that are expected in them, and so do the slopes over N.",
-        source: "given the radii, passes are independent; r² (i + α) / (i + 1) where light is even, and by the blurred E here",
+        claim: "With a radius for each pixel, the mean of N passes has the bias and the variance that are predicted from the pixel's actual \
+                radii. The radii shrink as predicted from the expected photon counts. The slopes over N follow these predictions.",
+        source: "given the radii, passes are independent; r² (i + α) / (i + 1) under uniform light; here the blurred E gives the photon counts",
         check: Check::Analytic(pixels),
     },
 ];
 
 const INTENSITY: f64 = 3.0;
 const HEIGHT: f64 = 0.5;
-/// From the place below the light.
+/// The distance of the test points from the point below the light.
 const DISTANCE: f64 = 0.25;
-/// Places with the same irradiance, each a pixel.
-const PLACES: usize = 8;
-/// Of the film.
+/// The number of test points. They have equal irradiance, and each is viewed by one pixel.
+const POINTS: usize = 8;
+/// The film's width and height in pixels.
 const EDGE: u32 = 4;
-/// Of the first pass.
+/// The radius of the first pass.
 const RADIUS: f64 = 0.4;
 const ALBEDO: f64 = 0.6;
 const CASES: [(f64, &str, Kernel); 3] = [
@@ -59,7 +59,7 @@ const CASES: [(f64, &str, Kernel); 3] = [
 ];
 const PASSES: [u32; 3] = [4, 16, 64];
 
-/// A camera above the place below the light, which looks down.
+/// A renderer with a camera below the light that looks straight down.
 fn scene(alpha: f64, kernel: &str, schedule: &str, photons: u32) -> Renderer {
     let integrator = sppm(&format!(
         "integer photon_count={photons}, float initial_radius={RADIUS}, float alpha={alpha}, string direct=map, integer \
@@ -68,21 +68,21 @@ fn scene(alpha: f64, kernel: &str, schedule: &str, photons: u32) -> Renderer {
     let light = format!(
         r#"<emitter type="point"><point name="position" x="0" y="0" z="{HEIGHT}"/><rgb name="intensity" value="{INTENSITY}"/></emitter>"#
     );
-    let eye = 0.3 * DVec3::Z;
+    let position = 0.3 * DVec3::Z;
     let half_width = DISTANCE * f64::from(EDGE) / RING.sqrt();
-    let fov = 2.0 * (half_width / eye.z).atan().to_degrees();
-    let camera = PixelCentres { eye, target: DVec3::ZERO, fov, columns: EDGE, rows: EDGE };
+    let fov = 2.0 * (half_width / position.z).atan().to_degrees();
+    let camera = PixelCentres { position, target: DVec3::ZERO, fov, columns: EDGE, rows: EDGE };
     renderer(&integrator, &camera.xml(), &(light + &ground(Rgb::splat(ALBEDO))))
 }
 
-/// The square of the distance of the places from the middle of the film, in halves of a pixel.
+/// The squared distance of the test points from the centre of the film, in units of half a pixel.
 const RING: f64 = 1.0 + 9.0;
 
-/// One of the places.
-const PLACE: DVec2 = DVec2::new(DISTANCE, 0.0);
+/// One of the test points.
+const POINT: DVec2 = DVec2::new(DISTANCE, 0.0);
 
-/// The pixels that show the places.
-fn ring() -> [usize; PLACES] {
+/// The indices of the pixels that view the test points.
+fn ring() -> [usize; POINTS] {
     let edge = EDGE as usize;
     let across = |i: usize| 2.0 * i as f64 + 1.0 - f64::from(EDGE);
     let is_on_ring = |pixel: &usize| DVec2::new(across(pixel % edge), across(pixel / edge)).length_squared() == RING;
@@ -90,21 +90,21 @@ fn ring() -> [usize; PLACES] {
     std::array::from_fn(|_| pixels.next().expect("the ring has eight pixels"))
 }
 
-/// The irradiance that the places show in the next pass.
-fn estimates(image: &mut Image<'_>) -> [f64; PLACES] {
-    let shown = image.pass();
-    ring().map(|pixel| PI / ALBEDO * shown[pixel].y)
+/// The irradiance estimates at the test points in the next pass.
+fn estimates(image: &mut Image<'_>) -> [f64; POINTS] {
+    let radiances = image.pass();
+    ring().map(|pixel| PI / ALBEDO * radiances[pixel].y)
 }
 
-/// The irradiance at the places.
+/// The irradiance at the test points.
 fn truth() -> f64 {
-    point_light(INTENSITY, HEIGHT)(PLACE)
+    point_light(INTENSITY, HEIGHT)(POINT)
 }
 
-/// What an estimate with a radius has for moments, for any square of the radius up to that of the first pass.
+/// The predicted moments of an estimate, for any radius up to that of the first pass.
 struct Blur {
     photons: u32,
-    /// By squares of radii over the first, the mean and the square of the radius times the mean of K² E: both smooth.
+    /// Two smooth functions of the squared radius over the first: the mean, and the squared radius times the mean of K² E.
     moments: Interpolant<2>,
 }
 
@@ -114,7 +114,7 @@ impl Blur {
     fn new(kernel: Kernel, photons: u32) -> Self {
         let moments = |squared: f64| {
             let floor = Photons { irradiance: point_light(INTENSITY, HEIGHT), power: Self::POWER, count: photons };
-            let found = floor.within(kernel, PLACE, RADIUS * squared.sqrt());
+            let found = floor.within(kernel, POINT, RADIUS * squared.sqrt());
             let square = f64::from(photons) * found.variance + found.mean * found.mean;
             [found.mean, squared * square]
         };
@@ -126,7 +126,7 @@ impl Blur {
         Prediction { mean, variance: (square / squared - mean * mean) / f64::from(self.photons) }
     }
 
-    /// The mean over passes.
+    /// The prediction for the mean of passes with the given squared radii.
     fn over(&self, squares: impl Iterator<Item = f64>) -> Prediction {
         let (mut mean, mut variance, mut n) = (0.0, 0.0, 0.0);
         for squared in squares {
@@ -137,15 +137,17 @@ impl Blur {
     }
 }
 
-/// Bias and variance over N.
+/// Bias and variance as functions of N.
 #[derive(Default)]
 struct Points([Vec<Point>; 2]);
 
 impl Points {
-    /// Takes the moments of errors, and those of their squares, of which the first have this bias.
+    /// Adds the moments of the errors and of their squares at a number of passes.
+    ///
+    /// Errors are relative to the expectation, whose bias is `bias`.
     fn push(&mut self, passes: u32, [errors, squares]: &[Moments; 2], bias: f64, expected: Prediction) {
         let count = f64::from(passes);
-        // Light that is brightest in the middle is blurred darker.
+        // Blur darkens the peak of the irradiance, so the bias is negative. A slope needs positive values.
         let darker = Moments { mean: -bias - errors.mean, ..*errors };
         self.0[0].push(Point { count, found: darker, expected: truth() - expected.mean });
         self.0[1].push(Point { count, found: *squares, expected: expected.variance });
@@ -171,7 +173,7 @@ fn passes(effort: Effort) -> Vec<Finding> {
             let expected = blur.over(squares_of_passes(alpha).take(n as usize));
             let image = |number: u32| {
                 let mut image = Image::new(&renderer, n, 72 + 10 * case as u64 + u64::from(n), u64::from(number));
-                let mut errors = [-expected.mean; PLACES];
+                let mut errors = [-expected.mean; POINTS];
                 for _ in 0..n {
                     let found = estimates(&mut image);
                     errors.iter_mut().zip(found).for_each(|(error, found)| *error += found / f64::from(n));
@@ -191,22 +193,22 @@ fn passes(effort: Effort) -> Vec<Finding> {
     findings
 }
 
-/// The mean over places of errors, and of their squares.
-fn mean_and_square(errors: [f64; PLACES]) -> [f64; 2] {
-    [1, 2].map(|n| errors.iter().map(|error| error.powi(n)).sum::<f64>() / PLACES as f64)
+/// The means over the test points of the errors and of their squares.
+fn mean_and_square(errors: [f64; POINTS]) -> [f64; 2] {
+    [1, 2].map(|n| errors.iter().map(|error| error.powi(n)).sum::<f64>() / POINTS as f64)
 }
 
-/// What an image of passes with a radius for each pixel has: the mean over places of the errors, of their squares, and
-/// of the bias, the variance and the square of the last radius that its own radii must give.
+/// Means over the test points of one image with a radius for each pixel: of the errors, of their squares, of the bias and of
+/// the variance predicted from the pixel's own radii, and of the last squared radius.
 type OfPixels = [f64; 5];
 
-/// Images with the moments that their own radii must give.
+/// The moments of images, with the predictions from their own radii.
 struct Given {
     errors: Moments,
     squares: Moments,
-    /// Squares of errors less the variance that they should have, which differs from image to image.
+    /// Squared errors minus the predicted variance, which differs between images.
     excess: Moments,
-    /// The mean bias and the mean variance that should be.
+    /// The means of the predicted bias and of the predicted variance.
     expected: (f64, f64),
 }
 
@@ -262,7 +264,8 @@ fn pixels(effort: Effort) -> Vec<Finding> {
     findings
 }
 
-/// Radii that depend on all that was found, which biases nothing: what has been found is no part of what is found next.
+/// Tests radii that depend on all earlier passes. They add no bias, because the photons of the next pass are independent of
+/// these.
 fn error_driven(effort: Effort) -> [Finding; 3] {
     const PHOTONS: u32 = 4000;
     const PASSES: u32 = 16;
@@ -276,32 +279,31 @@ fn error_driven(effort: Effort) -> [Finding; 3] {
     [
         given.bias(&name),
         given.variance(&name),
-        // Each false alarm would halve them; a bias that is told of must, at least once.
+        // The schedule must detect the bias and shrink a radius at least once.
         Finding::error(format!("{name}, 1 if no radius shrank"), f64::from(least >= 1.0), 0.0),
     ]
 }
 
 fn of_pixels(image: &mut Image<'_>, blur: &Blur) -> OfPixels {
     let passes = image.replicate.samples;
-    let mut squares = [1.0; PLACES];
-    let mut errors = [0.0; PLACES];
-    let (mut mean, mut variance, share) = (0.0, 0.0, f64::from(passes).recip());
+    let mut squares = [1.0; POINTS];
+    let mut errors = [0.0; POINTS];
+    let (mut mean, mut variance, weight) = (0.0, 0.0, f64::from(passes).recip());
     for _ in 0..passes {
         for ((error, found), squared) in errors.iter_mut().zip(estimates(image)).zip(&squares) {
             let expected = blur.at(*squared);
-            *error += share * (found - expected.mean);
-            mean += share * expected.mean / PLACES as f64;
-            variance += share * share * expected.variance / PLACES as f64;
+            *error += weight * (found - expected.mean);
+            mean += weight * expected.mean / POINTS as f64;
+            variance += weight * weight * expected.variance / POINTS as f64;
         }
         let all = image.squares();
         squares = ring().map(|pixel| all[pixel]);
     }
     let [error, square] = mean_and_square(errors);
-    [error, square, mean - truth(), variance, squares.iter().sum::<f64>() / PLACES as f64]
+    [error, square, mean - truth(), variance, squares.iter().sum::<f64>() / POINTS as f64]
 }
 
-/// The squares of the radii over the first, before each pass and after the last, if each pass finds as many photons as
-/// are expected.
+/// The squared radius over the first, before each pass and after the last, if each pass finds the expected number of photons.
 fn expected_squares(constant: &Blur, alpha: f64, passes: u32) -> Vec<f64> {
     let (mut squared, mut kept) = (1.0, 0.0);
     let mut squares = vec![squared];

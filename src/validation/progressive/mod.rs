@@ -1,4 +1,4 @@
-//! Progressive photon mapping against what finitely many passes must make of it.
+//! The laws of progressive photon mapping, with predictions for finitely many passes.
 
 pub mod finite;
 pub mod flux;
@@ -17,13 +17,13 @@ const PER_PASS: &str = "per_pass";
 const PER_PIXEL: &str = "per_pixel";
 const ERROR_DRIVEN: &str = "error_driven";
 
-/// The squares of the radii of passes over that of the first, as a product.
+/// The squared radius of each pass over that of the first, computed as a product.
 fn squares_of_passes(alpha: f64) -> impl Iterator<Item = f64> {
     let ratio = move |(i, squared): &(f64, f64)| Some((i + 1.0, squared * (i + alpha) / (i + 1.0)));
     std::iter::successors(Some((1.0, 1.0)), ratio).map(|(_, squared)| squared)
 }
 
-/// An integrator with these parameters, each `type name=value`.
+/// The XML of an `sppm` integrator with comma-separated parameters, each `type name=value`.
 fn sppm(params: &str) -> String {
     let param = |text: &str| {
         let (kind, (name, value)) = text
@@ -36,13 +36,14 @@ fn sppm(params: &str) -> String {
     format!(r#"<integrator type="sppm">{params}</integrator>"#)
 }
 
-/// An image while it is made, pass by pass. It is one of many that are independent, by its number.
+/// An image that is rendered pass by pass. Images with different numbers are independent.
 struct Image<'r> {
     renderer: &'r Renderer,
     replicate: Replicate,
     rendering: Rendering<'r>,
-    /// How many passes the film has, and their sums, pixel by pixel.
+    /// The number of passes that the film has accumulated.
     passes: u32,
+    /// The sum of these passes in each pixel.
     sums: Vec<Rgb>,
 }
 
@@ -54,23 +55,23 @@ impl<'r> Image<'r> {
         Self { renderer, replicate, rendering, passes: 0, sums }
     }
 
-    /// Goes on with a later pass, if passes are independent.
+    /// Skips to a later pass, if passes are independent.
     fn go_to(&mut self, pass: u32) {
         self.rendering.go_to(pass);
     }
 
-    /// What the pixels show in the next pass alone.
+    /// Renders the next pass and returns its radiance estimate in each pixel, without the passes before it.
     fn pass(&mut self) -> Vec<Rgb> {
         self.rendering.advance(1, &|_| {});
         self.passes += 1;
         let means = self.rendering.film().means();
         let sums: Vec<_> = means.into_iter().map(|mean| f64::from(self.passes) * Rgb::from_array(mean)).collect();
-        let shown = sums.iter().zip(&self.sums).map(|(after, before)| after - before).collect();
+        let radiances = sums.iter().zip(&self.sums).map(|(after, before)| after - before).collect();
         self.sums = sums;
-        shown
+        radiances
     }
 
-    /// Continues from the state alone, as a resumed render does.
+    /// Continues from the integrator state alone, as a resumed render does.
     fn resume(&mut self) {
         let (next, state) = (self.rendering.next(), self.rendering.state().clone());
         self.rendering = self.renderer.resume(self.replicate, next, self.renderer.film(), state);
@@ -78,8 +79,7 @@ impl<'r> Image<'r> {
         self.sums.fill(Rgb::ZERO);
     }
 
-    /// The squares of the radii of the next pass over those of the first, of all pixels; empty with a radius for each
-    /// pass.
+    /// The squared radius of each pixel in the next pass over that in the first; empty with the schedule `per_pass`.
     fn squares(&self) -> Vec<f64> {
         match self.rendering.state() {
             IntegratorState::Empty => Vec::new(),

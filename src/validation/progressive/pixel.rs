@@ -1,4 +1,4 @@
-//! What a pixel's radius is, from what the pixel shows.
+//! The radius of each pixel, inferred from the radiance that the pixel shows.
 
 use std::f64::consts::PI;
 
@@ -11,14 +11,14 @@ use crate::{
     validation::setup::{PixelCentres, renderer},
 };
 
-/// This law.
+/// The law of a pixel's radius.
 pub const LAWS: &[Law] = &[Law {
     name: "progressive/pixel",
-    claim: "Each pixel shows a whole number of photons of its own side of a thin wall, each worth φ ρ / π over the disc of the pixel's \
-            own radius, and that number alone shrinks its radius: also after what the integrator remembers was kept and given to \
-            another.",
+    claim: "The radiance of each pixel corresponds to an integer number of photons on its own side of a thin wall. Each photon contributes \
+            φ ρ / π over the area of the pixel's disc. The radius shrinks by this number alone, also after the render is resumed from \
+            the saved integrator state.",
     source: "L π / ρ = n φ / π R² solved for n; Hachisuka and Jensen 2009, eq. (3) and (4), step by step",
-    check: Check::Analytic(finds),
+    check: Check::Analytic(pixels),
 }];
 
 const ALPHA: f64 = 0.6;
@@ -26,12 +26,12 @@ const RADIUS: f64 = 0.23;
 const ALBEDO: f64 = 0.7;
 const PHOTONS: u32 = 4000;
 const PASSES: u32 = 12;
-/// Intensities of lights before and behind the wall.
+/// Intensities of the lights in front of the wall and behind it.
 const INTENSITIES: [f64; 2] = [3.0, 2.0];
-/// On each side of the wall.
+/// The number of pixels on each side of the wall.
 const PIXELS: usize = 12;
 
-/// A camera on a side of the wall, which sees obliquely what is ever farther beside the lights.
+/// A renderer with an oblique camera on one side of the wall. Its pixels view points at increasing distances from the lights.
 fn side(side: f64) -> Renderer {
     let integrator = sppm(&format!(
         "integer photon_count={PHOTONS}, float initial_radius={RADIUS}, float alpha={ALPHA}, string direct=map, integer \
@@ -48,12 +48,12 @@ fn side(side: f64) -> Renderer {
     );
     let scene = light(0.9, INTENSITIES[0]) + &light(-0.7, INTENSITIES[1]) + &wall;
     let target = DVec3::new(1.5, 0.05, 0.0);
-    let eye = target + DVec3::new(0.0, -0.45, 1.2) * side;
-    let camera = PixelCentres { eye, target, fov: 94.0, columns: PIXELS as u32, rows: 1 };
+    let position = target + DVec3::new(0.0, -0.45, 1.2) * side;
+    let camera = PixelCentres { position, target, fov: 94.0, columns: PIXELS as u32, rows: 1 };
     renderer(&integrator, &camera.xml(), &scene)
 }
 
-fn finds(_: Effort) -> Vec<Finding> {
+fn pixels(_: Effort) -> Vec<Finding> {
     let [mut shrunk, mut fraction, mut error] = [0.0_f64; 3];
     for renderer in [side(1.0), side(-1.0)] {
         let found = of_side(&renderer);
@@ -63,18 +63,18 @@ fn finds(_: Effort) -> Vec<Finding> {
     }
     vec![
         Finding::value("pixels that found photons", shrunk, 2.0 * PIXELS as f64, 0.0),
-        // Powers and squares of distances are in f32: 6e-8 each of a few hundred photons.
-        Finding::error("how far from whole the numbers are", fraction, 1e-4),
-        Finding::error("squares of radii", error, 1e-12),
+        // Powers and squared distances are stored in f32: each of a few hundred photons has an error of 6e-8.
+        Finding::error("distance of photon counts from integers", fraction, 1e-4),
+        Finding::error("squared radii", error, 1e-12),
     ]
 }
 
-/// How many pixels found photons, the largest distance of their numbers from whole ones, and the largest relative error
-/// of the squares of radii.
+/// The number of pixels that found photons, the largest distance of a photon count from an integer, and the largest relative
+/// error of a squared radius.
 fn of_side(renderer: &Renderer) -> [f64; 3] {
     let power = 4.0 * PI * (INTENSITIES[0] + INTENSITIES[1]) / f64::from(PHOTONS);
     let mut image = Image::new(renderer, PASSES, 71, 0);
-    // The square of the radius over that of the first pass, and the photons that are kept.
+    // Each pixel's squared radius over that of the first pass, and its accumulated photon count.
     let mut pixels = [(1.0, 0.0); PIXELS];
     let [mut fraction, mut error] = [0.0_f64; 2];
     for pass in 0..PASSES {
