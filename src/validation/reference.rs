@@ -1,4 +1,4 @@
-//! Images held against the references of their scenes.
+//! Comparisons of rendered scenes with their references.
 
 use std::{
     path::{Path, PathBuf},
@@ -23,7 +23,18 @@ const MAX_REPLICATES: u64 = 256;
 pub(super) const SEED: u64 = 20_261;
 
 /// Renders a scene and compares it with its reference.
+///
+/// A difference that the quick effort finds is confirmed by the samples of the standard effort before it counts: few samples of
+/// a scene with rare bright paths are not normally distributed. Confirmation cannot raise the probability of a false alarm.
 pub(super) fn compare_scene(scene: SceneFile, effort: Effort) -> Result<SceneEvidence, EvidenceError> {
+    let evidence = compare_once(&scene, effort)?;
+    if evidence.passed || effort != Effort::Quick {
+        return Ok(evidence);
+    }
+    compare_once(&scene, Effort::Standard)
+}
+
+fn compare_once(scene: &SceneFile, effort: Effort) -> Result<SceneEvidence, EvidenceError> {
     let start = Instant::now();
     let reference = Reference::load(&scene.reference)?;
     reference.check_fresh(&scene.reference, &scene.path)?;
@@ -60,16 +71,16 @@ pub(super) fn compare_scene(scene: SceneFile, effort: Effort) -> Result<SceneEvi
         ],
         images: Images { width: reference.width, ours: ours.pixels, reference: reference.pixels },
         comparison: found,
-        name: scene.name,
-        scene: scene.path,
-        reference: scene.reference,
+        name: scene.name.clone(),
+        scene: scene.path.clone(),
+        reference: scene.reference.clone(),
     })
 }
 
-/// Samples per pixel of a pass, and passes to begin with.
+/// Samples per pixel of a replicate, and the number of replicates to begin with.
 fn schedule(effort: Effort) -> (u32, u64) {
     match effort {
-        Effort::Quick => (8, REPLICATES),
+        Effort::Quick => (4, REPLICATES),
         Effort::Standard => (32, REPLICATES),
         Effort::Full => (32, 4 * REPLICATES),
     }

@@ -17,8 +17,8 @@ const ROUNDOFF: f64 = 1.0 / (1 << 24) as f64;
 /// of it, intersects.
 ///
 /// 1. *Scale.* The direction is divided by the power of two that brings its greatest component into `[1, 2)`, and
-/// parameters
-///    are multiplied by it. This is exact, and the scaled parameter is a distance in the scene for directions of any length.
+///    parameters are multiplied by it. This is exact, and the scaled parameter is a distance in the scene for
+///    directions of any length.
 /// 2. *Origin.* With direction `d > 0` on an axis, the ray enters the box at `(min - o) / d` and leaves it at
 ///    `(max - o) / d`. The entry is computed with `o` moved up, the exit with `o` moved down, each by the slack and the
 ///    possible rounding error of the conversion to `f32`, so that the interval can only grow. For `d < 0` the planes are
