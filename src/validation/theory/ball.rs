@@ -1,8 +1,8 @@
-//! The caustic of a glass ball: the light that goes through it with two refractions and no reflection, which is the
-//! order 1 of Airy's series; the order 0 is what its outside reflects.
+//! The caustic of a glass sphere: light that is refracted twice and never reflected, the order 1 of Airy's series.
+//! The order 0 is the light reflected outside.
 //!
-//! The ball is centred at the origin and lit along the z axis. A ray with the offset `b` from the centre and the tilt
-//! `α` away from the axis leaves the ball with the same offset and the tilt `β = δ - α` towards the axis,
+//! The sphere is centred at the origin and lit along the z axis. A ray with the offset `b` from the centre and the tilt
+//! `α` away from the axis leaves the sphere with the same offset and the tilt `β = δ - α` towards the axis,
 //! `δ = 2 (θi - θt)`. Born and Wolf 1999, *Principles of Optics*, section 4.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -10,18 +10,18 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use super::numeric::{bisect, crossing, integral, monotone, root};
 use crate::bsdf::fresnel;
 
-/// A glass ball in air, with the light that falls on it.
+/// A glass sphere in air, with its light.
 #[derive(Clone, Copy, Debug)]
 pub struct BallLens {
-    /// Its radius.
+    /// The radius of the sphere.
     pub radius: f64,
-    /// Its index of refraction, above 1.
+    /// The index of refraction of the glass, above 1.
     pub index: f64,
-    /// What shines on it.
+    /// The light that illuminates the sphere.
     pub light: Light,
 }
 
-/// A light that shines on a ball along the z axis.
+/// A light that illuminates the sphere along the z axis.
 #[derive(Clone, Copy, Debug)]
 pub enum Light {
     /// A parallel beam towards positive z.
@@ -31,23 +31,23 @@ pub enum Light {
     },
     /// A point on the negative z axis.
     Point {
-        /// The power per solid angle.
+        /// The radiant intensity.
         intensity: f64,
-        /// The distance from the centre of the ball, more than its radius.
+        /// The distance from the centre of the sphere, greater than its radius.
         distance: f64,
     },
 }
 
-/// A place on a plane where the rays turn back: a circle on which the irradiance is infinite.
+/// A fold of the caustic on a plane: a circle where the landing distance has an extremum and the irradiance is infinite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fold {
-    /// The offset from the ball's centre of the rays that land there.
+    /// The offset, from the sphere's centre, of the rays that land on the fold.
     pub offset: f64,
-    /// The distance from the axis.
+    /// The distance of the fold from the axis.
     pub radius: f64,
 }
 
-/// A ray that leaves the ball, with its derivatives by the angle of incidence.
+/// A ray that leaves the sphere, with derivatives with respect to the angle of incidence.
 struct Leaving {
     offset: f64,
     offset_slope: f64,
@@ -56,12 +56,12 @@ struct Leaving {
 }
 
 impl Leaving {
-    /// Where the ray meets a plane: its distance from the axis, negative beyond it.
+    /// The ray's distance from the axis on a plane, negative once the ray has crossed the axis.
     fn landing(&self, plane: f64) -> f64 {
         (self.offset - plane * self.tilt.sin()) / self.tilt.cos()
     }
 
-    /// The derivative of the landing by the angle of incidence, times cos² of the tilt.
+    /// The derivative of the landing distance with respect to the angle of incidence, times cos² of the tilt.
     fn turning(&self, plane: f64) -> f64 {
         let (sin, cos) = self.tilt.sin_cos();
         self.offset_slope * cos + self.tilt_slope * (self.offset * sin - plane)
@@ -69,7 +69,7 @@ impl Leaving {
 }
 
 impl BallLens {
-    /// The power that the ball receives.
+    /// The power that the sphere receives.
     #[must_use]
     pub fn received(&self) -> f64 {
         match self.light {
@@ -80,19 +80,20 @@ impl BallLens {
         }
     }
 
-    /// The power that leaves the ball in one order: 0 is reflected outside, `p` is reflected `p - 1` times inside.
+    /// The power that leaves the sphere in one order. The order 0 is reflected outside, the order `p` is internally
+    /// reflected `p - 1` times.
     #[must_use]
     pub fn order_power(&self, order: u32) -> f64 {
-        integral(|theta| self.power_per_angle(theta) * self.share(theta, order), [0.0, FRAC_PI_2])
+        integral(|theta| self.power_per_angle(theta) * self.power_fraction(theta, order), [0.0, FRAC_PI_2])
     }
 
-    /// The power of the order 1 that lands within a distance `r` of the axis on the plane at `z = plane`, which is at
-    /// least the radius. Rays that are bent by 90 degrees and more never land.
+    /// The power of the order 1 that lands within a distance `r` of the axis on the plane at `z = plane`, which must be
+    /// at least the radius. Rays deflected by 90 degrees or more never land.
     #[must_use]
     pub fn encircled_power(&self, plane: f64, r: f64) -> f64 {
         let power = |branch| {
             let edge = |r: f64| crossing(|theta| self.leaving(theta).landing(plane) - r, branch);
-            integral(|theta| self.power_per_angle(theta) * self.share(theta, 1), [edge(r), edge(-r)]).abs()
+            integral(|theta| self.power_per_angle(theta) * self.power_fraction(theta, 1), [edge(r), edge(-r)]).abs()
         };
         self.branches(plane).into_iter().map(power).sum()
     }
@@ -106,7 +107,7 @@ impl BallLens {
                 if let Some(theta) = root(|theta| self.leaving(theta).landing(plane) - side, branch) {
                     let ray = self.leaving(theta);
                     let slope = ray.turning(plane) / ray.tilt.cos().powi(2);
-                    sum += self.power_per_angle(theta) * self.share(theta, 1) / (TAU * r * slope.abs());
+                    sum += self.power_per_angle(theta) * self.power_fraction(theta, 1) / (TAU * r * slope.abs());
                 }
             }
         }
@@ -121,14 +122,14 @@ impl BallLens {
         (theta < self.last()).then(|| self.leaving(theta).landing(plane))
     }
 
-    /// The folds on the plane at `z = plane`, by their offset.
+    /// The folds on the plane at `z = plane`, in order of their offset.
     #[must_use]
     pub fn folds(&self, plane: f64) -> Vec<Fold> {
         let turns = self.branches(plane).into_iter().skip(1).map(|[theta, _]| self.leaving(theta));
         turns.map(|ray| Fold { offset: ray.offset, radius: ray.landing(plane).abs() }).collect()
     }
 
-    /// The radius of the ball's shadow on the plane at `z = plane`.
+    /// The radius of the sphere's shadow on the plane at `z = plane`.
     #[must_use]
     pub fn shadow_radius(&self, plane: f64) -> f64 {
         match self.light {
@@ -137,7 +138,7 @@ impl BallLens {
         }
     }
 
-    /// The power of light that has not met the ball, within a distance `r` of the axis on the plane at `z = plane`.
+    /// The power of light that has not hit the sphere, within a distance `r` of the axis on the plane at `z = plane`.
     #[must_use]
     pub fn direct_power(&self, plane: f64, r: f64) -> f64 {
         let shadow = self.shadow_radius(plane);
@@ -151,14 +152,14 @@ impl BallLens {
         }
     }
 
-    /// The intervals of the angle of incidence in which the landing is monotone.
+    /// The intervals of the angle of incidence in which the landing distance is monotone.
     fn branches(&self, plane: f64) -> Vec<[f64; 2]> {
         monotone(|theta| self.leaving(theta).turning(plane), [0.0, self.last()])
     }
 
     /// The greatest angle of incidence whose ray lands.
     fn last(&self) -> f64 {
-        // The tilt is convex: refraction bends ever more, and a point's rays spread ever less.
+        // The tilt is convex: with the angle, deflection grows faster and the spread of a point light's rays slower.
         let spare = |theta| FRAC_PI_2 - self.leaving(theta).tilt;
         if spare(FRAC_PI_2) >= 0.0 { FRAC_PI_2 } else { bisect(spare, [0.0, FRAC_PI_2]) }
     }
@@ -176,7 +177,7 @@ impl BallLens {
         }
     }
 
-    /// The angle between a ray of the light and the axis, with its derivative.
+    /// The angle between an incident ray and the axis, with its derivative.
     fn tilt_of_light(&self, theta: f64) -> [f64; 2] {
         match self.light {
             Light::Collimated { .. } => [0.0, 0.0],
@@ -187,7 +188,7 @@ impl BallLens {
         }
     }
 
-    /// The power that meets the ball per angle of incidence.
+    /// The power that hits the sphere per angle of incidence.
     fn power_per_angle(&self, theta: f64) -> f64 {
         match self.light {
             Light::Collimated { irradiance } => TAU * irradiance * self.radius.powi(2) * theta.sin() * theta.cos(),
@@ -198,8 +199,8 @@ impl BallLens {
         }
     }
 
-    /// The share of a ray's power in an order. Every reflection is at the same angle, and counts as unpolarised.
-    fn share(&self, theta: f64, order: u32) -> f64 {
+    /// The fraction of a ray's power in an order. All reflections have the same angle and are treated as unpolarised.
+    fn power_fraction(&self, theta: f64, order: u32) -> f64 {
         let r = fresnel::dielectric(theta.cos(), self.index).reflectance;
         match order.checked_sub(1) {
             None => r,

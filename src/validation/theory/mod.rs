@@ -1,6 +1,6 @@
-//! Closed forms of caustics, and what estimators of density make of them. Nothing here renders.
+//! Closed forms of caustics and predictions for density estimators. Nothing here renders.
 //!
-//! Lengths are in the units of the scene, angles in radians, power in the units of the light.
+//! Lengths are in scene units, angles in radians, powers in the units of the light.
 
 pub mod ball;
 pub mod cylinder;

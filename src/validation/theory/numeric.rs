@@ -2,15 +2,15 @@
 
 use std::f64::consts::PI;
 
-/// The relative error at which an integral is done, by an estimate that is far too large for smooth functions.
+/// The estimated relative error at which integration stops. The estimate is far too large for smooth functions.
 const ACCURACY: f64 = 1e-10;
 
-/// The pieces after which an integral is what it is.
+/// The number of pieces at which integration stops, whatever the error.
 const MAX_PIECES: usize = 400;
 
-/// The integral of a function over `[a, b]`, which is not evaluated at the ends, to a relative error of at most 1e-10.
+/// The integral of a function over `[a, b]`, to a relative error of at most 1e-10. The ends are not evaluated.
 ///
-/// The piece with the largest error is halved until all errors together are small.
+/// The piece with the largest error is halved until the sum of the errors is small.
 /// Piessens et al. 1983, *QUADPACK*, the routine QAG with the pair of 7 and 15 points.
 #[must_use]
 pub fn integral(f: impl Fn(f64) -> f64, [a, b]: [f64; 2]) -> f64 {
@@ -45,7 +45,7 @@ impl Piece {
         for (i, [x, weight]) in KRONROD.into_iter().enumerate() {
             let sum = if x == 0.0 { f(centre) } else { f(centre - half * x) + f(centre + half * x) };
             kronrod += weight * sum;
-            // Every other point is one of Gauss's.
+            // Every other point belongs to Gauss's rule.
             if i % 2 == 1 {
                 gauss += GAUSS[i / 2] * sum;
             }
@@ -70,7 +70,7 @@ const KRONROD: [[f64; 2]; 8] = [
 const GAUSS: [f64; 4] =
     [0.129_484_966_168_869_7, 0.279_705_391_489_276_64, 0.381_830_050_505_118_9, 0.417_959_183_673_469_4];
 
-/// The root of a function whose sign changes once in `[a, b]`: the last number before it, seen from `a`.
+/// The root of a function whose sign changes once in `[a, b]`: the last `f64` on the side of `a` before the sign change.
 #[must_use]
 pub fn bisect(f: impl Fn(f64) -> f64, [mut a, mut b]: [f64; 2]) -> f64 {
     let positive = f(a) > 0.0;
@@ -87,7 +87,7 @@ pub fn bisect(f: impl Fn(f64) -> f64, [mut a, mut b]: [f64; 2]) -> f64 {
     }
 }
 
-/// Where a monotone function is 0 in `[a, b]`; if nowhere, the end that comes nearest.
+/// The root of a monotone function in `[a, b]`, or the end with the smaller absolute value if there is no root.
 #[must_use]
 pub fn crossing(f: impl Fn(f64) -> f64, [a, b]: [f64; 2]) -> f64 {
     let [at_a, at_b] = [f(a), f(b)];
@@ -98,35 +98,36 @@ pub fn crossing(f: impl Fn(f64) -> f64, [a, b]: [f64; 2]) -> f64 {
     }
 }
 
-/// Where a monotone function is 0 in `[a, b]`.
+/// The root of a monotone function in `[a, b]`, or `None` if there is no sign change.
 #[must_use]
 pub fn root(f: impl Fn(f64) -> f64, [a, b]: [f64; 2]) -> Option<f64> {
     ((f(a) > 0.0) != (f(b) > 0.0)).then(|| bisect(f, [a, b]))
 }
 
-/// The polynomials through the values of smooth functions at Chebyshev's points of an interval, which converge like a
-/// geometric series. Berrut and Trefethen 2004, "Barycentric Lagrange Interpolation", eq. (4.2) and (5.3).
+/// Interpolates `N` smooth functions by polynomials through their values at the Chebyshev points of an interval.
+///
+/// The error falls geometrically with the number of points. Berrut and Trefethen 2004, "Barycentric Lagrange Interpolation", eq. (4.2) and (5.3).
 #[derive(Clone, Debug)]
 pub struct Interpolant<const N: usize> {
     ends: [f64; 2],
-    /// Places with the values there.
+    /// The Chebyshev points, each with the values of the functions.
     nodes: Vec<(f64, [f64; N])>,
 }
 
 impl<const N: usize> Interpolant<N> {
-    /// Evaluates the functions at a number of places.
+    /// Evaluates the functions at `nodes` points between the ends.
     #[must_use]
     pub fn new(f: impl Fn(f64) -> [f64; N], ends: [f64; 2], nodes: u32) -> Self {
         let [a, b] = ends;
         let node = |i: u32| {
-            let share = 0.5 - 0.5 * (PI * (f64::from(i) + 0.5) / f64::from(nodes)).cos();
-            let x = a + share * (b - a);
+            let fraction = 0.5 - 0.5 * (PI * (f64::from(i) + 0.5) / f64::from(nodes)).cos();
+            let x = a + fraction * (b - a);
             (x, f(x))
         };
         Self { ends, nodes: (0..nodes).map(node).collect() }
     }
 
-    /// The values at a place between the ends.
+    /// The interpolated values at a point between the ends.
     #[must_use]
     pub fn at(&self, x: f64) -> [f64; N] {
         let [a, b] = self.ends;
@@ -144,17 +145,17 @@ impl<const N: usize> Interpolant<N> {
     }
 }
 
-/// Places at which signs of a slope are looked at.
+/// The number of steps at whose ends the sign of a slope is evaluated.
 const SAMPLES: u32 = 400;
 
 /// The interval `[a, b]`, cut where the slope of a function changes its sign. Two changes within a 400th of it are
 /// missed.
 #[must_use]
 pub fn monotone(slope: impl Fn(f64) -> f64, [a, b]: [f64; 2]) -> Vec<[f64; 2]> {
-    // Away from the ends, where a slope may be 0 or infinite.
+    // The samples avoid the ends, where a slope may be 0 or infinite.
     let margin = 1e-6 * (b - a);
-    let place = |i: u32| a + margin + (b - a - 2.0 * margin) * f64::from(i) / f64::from(SAMPLES);
-    let turns = (0..SAMPLES).filter_map(|i| root(&slope, [place(i), place(i + 1)]));
+    let point = |i: u32| a + margin + (b - a - 2.0 * margin) * f64::from(i) / f64::from(SAMPLES);
+    let turns = (0..SAMPLES).filter_map(|i| root(&slope, [point(i), point(i + 1)]));
     let mut ends: Vec<f64> = [a].into_iter().chain(turns).collect();
     ends.push(b);
     ends.windows(2).map(|pair| [pair[0], pair[1]]).collect()

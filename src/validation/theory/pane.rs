@@ -1,12 +1,12 @@
-//! A diffuse floor under a pane of glass, lit and seen through it: light, glass, floor, glass, eye.
+//! A diffuse floor lit and viewed through a pane of glass: paths light, glass, floor, glass, camera.
 //!
-//! The pane is parallel to the floor, which is z = 0; how high it is does not matter. A ray that crosses a height `h` at
-//! the angle θ to the vertical moves aside by `(h - d) tan θ + (1 + 2p) d tan θt` if it is reflected `2p` times within
-//! the pane of thickness `d`: the order `p`, with the share `(1 - R)² R^2p` of the power.
+//! The pane is parallel to the floor, which is z = 0. Its height does not matter. A ray of the order `p` is reflected `2p`
+//! times inside the pane of thickness `d`. If it descends by a height `h` at the angle θ to the vertical, it is displaced
+//! sideways by `(h - d) tan θ + (1 + 2p) d tan θt` and keeps the fraction `(1 - R)² R^2p` of its power.
 //!
-//! Left out is light that the pane sends back to the floor. With the order `p` down and `q` up, a path has
-//! `6 + 2 (p + q)` segments, and at least 8 if it meets the floor twice: at a `max_depth` of 6 or 7 the orders 0 are
-//! all there is.
+//! Light that the pane reflects back to the floor is left out. A path with the order `p` down and `q` up has the depth
+//! `6 + 2 (p + q)`. A path that hits the floor twice has at least the depth 8. A `max_depth` of 6 or 7 therefore admits
+//! only the orders 0.
 
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2};
 
@@ -22,38 +22,38 @@ pub struct Pane {
     pub index: f64,
     /// The thickness of the pane, at least 0.
     pub thickness: f64,
-    /// The height of the light above the floor, more than the thickness; it stands above the origin.
+    /// The height of the light above the origin of the floor, greater than the thickness.
     pub height: f64,
-    /// The power per solid angle of the light.
+    /// The radiant intensity of the light.
     pub intensity: f64,
 }
 
-/// A place on the floor that a ray through the pane arrives at.
+/// A point on the floor where a ray through the pane arrives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Footprint {
-    /// Where it is.
+    /// The point on the floor.
     pub place: DVec2,
-    /// The share of the place's radiance that comes back along the ray, from 0 to 1.
+    /// The fraction of the point's radiance that returns along the ray, from 0 to 1.
     pub weight: f64,
 }
 
 impl Pane {
-    /// The share of the power at an angle to the vertical that goes through the pane in an order.
+    /// The fraction of the power, at an angle to the vertical, that the pane transmits in an order.
     #[must_use]
     pub fn share(&self, angle: f64, order: u32) -> f64 {
         let r = fresnel::dielectric(angle.cos(), self.index).reflectance;
         (1.0 - r).powi(2) * r.powf(2.0 * f64::from(order))
     }
 
-    /// How far aside a ray comes down that starts at a height above the floor, at an angle to the vertical below π/2.
+    /// The sideways displacement on the floor of a ray that starts at a height above it. The angle to the vertical is below π/2.
     #[must_use]
     pub fn aside(&self, height: f64, angle: f64, order: u32) -> f64 {
         angle.sin() * self.stretch(height, angle, order)
     }
 
-    /// The irradiance of one order on the floor at a distance from the place below the light.
+    /// The irradiance of one order on the floor at a distance from the point below the light.
     ///
-    /// `E = I sin θ / (x dx/dθ)` times the share: the power of a cone of directions over the area of its ring.
+    /// `E = I sin θ / (x dx/dθ)` times the transmitted fraction: the power of a cone of directions over the area of its ring.
     #[must_use]
     pub fn irradiance(&self, distance: f64, order: u32) -> f64 {
         let angle = self.angle(distance, order);
@@ -64,41 +64,42 @@ impl Pane {
         self.intensity * self.share(angle, order) / (self.stretch(self.height, angle, order) * slope)
     }
 
-    /// Where a ray that comes down from an eye above the pane arrives at, for the orders 0, 1, 2 and so on.
-    pub fn footprints(&self, eye: DVec3, direction: DVec3) -> impl Iterator<Item = Footprint> {
+    /// The footprints of a ray that descends from a camera above the pane, for the orders 0, 1, 2 and so on.
+    pub fn footprints(&self, camera: DVec3, direction: DVec3) -> impl Iterator<Item = Footprint> {
         let angle = direction.truncate().length().atan2(-direction.z);
         let ahead = direction.truncate().normalize_or_zero();
         (0..).map(move |order| Footprint {
-            place: eye.truncate() + self.aside(eye.z, angle, order) * ahead,
+            place: camera.truncate() + self.aside(camera.z, angle, order) * ahead,
             weight: self.share(angle, order),
         })
     }
 
-    /// The radiance that comes back along a ray to an eye above the pane from a floor of some albedo, with the orders
-    /// `p` of the light and `q` of the eye up to `p + q = orders`: all paths of at most `6 + 2 orders` segments but those
-    /// that meet the floor twice.
+    /// The radiance along a ray to a camera above the pane, from a floor of the given albedo.
+    ///
+    /// The orders `p` of the light path and `q` of the camera path go up to `p + q = orders`. These are all paths up to the
+    /// depth `6 + 2 orders`, except those that hit the floor twice.
     #[must_use]
-    pub fn radiance(&self, eye: DVec3, direction: DVec3, albedo: f64, orders: u32) -> f64 {
-        let seen = |(q, Footprint { place, weight }): (u32, Footprint)| {
+    pub fn radiance(&self, camera: DVec3, direction: DVec3, albedo: f64, orders: u32) -> f64 {
+        let reflected = |(q, Footprint { place, weight }): (u32, Footprint)| {
             let irradiance: f64 = (0..=orders - q).map(|p| self.irradiance(place.length(), p)).sum();
             weight * albedo * FRAC_1_PI * irradiance
         };
-        (0..=orders).zip(self.footprints(eye, direction)).map(seen).sum()
+        (0..=orders).zip(self.footprints(camera, direction)).map(reflected).sum()
     }
 
-    /// The angle at which light of an order leaves for a distance.
+    /// The angle at which light of an order must leave to land at a distance.
     fn angle(&self, distance: f64, order: u32) -> f64 {
         bisect(|angle| self.aside(self.height, angle, order) - distance, [0.0, FRAC_PI_2])
     }
 
-    /// The way aside over the sine of the angle, which has a limit at 0.
+    /// The sideways displacement divided by the sine of the angle, a ratio that is finite at 0.
     fn stretch(&self, height: f64, angle: f64, order: u32) -> f64 {
         let (sin, cos) = angle.sin_cos();
         let cos_t = (1.0 - (sin / self.index).powi(2)).sqrt();
         (height - self.thickness) / cos + self.within(order) / (self.index * cos_t)
     }
 
-    /// The glass that is crossed, along the vertical.
+    /// The vertical distance that a ray of an order travels inside the glass.
     fn within(&self, order: u32) -> f64 {
         f64::from(1 + 2 * order) * self.thickness
     }
@@ -114,7 +115,7 @@ mod tests {
     const PANE: Pane = Pane { index: 1.5, thickness: 0.4, height: 2.1, intensity: 3.0 };
 
     impl Pane {
-        /// The power of one order within a distance of the place below the light.
+        /// The power of one order within a distance of the point below the light.
         fn encircled_power(&self, distance: f64, order: u32) -> f64 {
             let within = |angle: f64| TAU * self.intensity * angle.sin() * self.share(angle, order);
             integral(within, [0.0, self.angle(distance, order)])
@@ -149,20 +150,20 @@ mod tests {
     }
 
     #[test]
-    fn one_order_of_light_is_seen_by_one_of_the_eye() {
-        let (eye, direction) = (DVec3::new(0.3, -1.0, 3.0), DVec3::new(0.2, 0.6, -1.0).normalize());
-        let places: Vec<Footprint> = PANE.footprints(eye, direction).take(2).collect();
+    fn radiance_sums_the_orders_of_light_and_camera_paths() {
+        let (camera, direction) = (DVec3::new(0.3, -1.0, 3.0), DVec3::new(0.2, 0.6, -1.0).normalize());
+        let places: Vec<Footprint> = PANE.footprints(camera, direction).take(2).collect();
         let sum = |q: usize, p| places[q].weight * 0.5 * FRAC_1_PI * PANE.irradiance(places[q].place.length(), p);
         let expected = sum(0, 0) + sum(0, 1) + sum(1, 0);
-        assert!((PANE.radiance(eye, direction, 0.5, 1) - expected).abs() < 1e-15);
-        // Order by order, twice the pane further on.
+        assert!((PANE.radiance(camera, direction, 0.5, 1) - expected).abs() < 1e-15);
+        // Each order is displaced by twice the pane's thickness more.
         let tan_t = (direction.truncate().length() / 1.5).asin().tan();
         assert!((places[0].place.distance(places[1].place) - 0.8 * tan_t).abs() < 1e-14);
-        let straight: Vec<Footprint> = PANE.footprints(eye, -DVec3::Z).take(3).collect();
-        assert!(straight.iter().all(|footprint| footprint.place == eye.truncate()));
+        let straight: Vec<Footprint> = PANE.footprints(camera, -DVec3::Z).take(3).collect();
+        assert!(straight.iter().all(|footprint| footprint.place == camera.truncate()));
     }
 
-    /// Where a ray lands after what happens to it at each surface, by lot.
+    /// The landing point of a ray that is randomly reflected or refracted at each surface, and its order.
     fn walk(pane: &Pane, stream: &mut Stream) -> Option<(DVec2, u32)> {
         let top = 0.7 + pane.thickness;
         let (z, phi) = (stream.next_1d(), TAU * stream.next_1d());

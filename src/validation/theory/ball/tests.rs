@@ -7,7 +7,7 @@ const SUN: BallLens = BallLens { radius: 1.0, index: 1.5, light: Light::Collimat
 const LAMP: BallLens = BallLens { radius: 1.0, index: 1.5, light: Light::Point { intensity: 1.0, distance: 3.0 } };
 
 impl BallLens {
-    /// Where the ray of an offset touches the caustic surface: its z and its distance from the axis.
+    /// The z coordinate and the axis distance of the point where the ray with an offset is tangent to the caustic surface.
     fn caustic(&self, offset: f64) -> [f64; 2] {
         let ray = self.leaving((offset / self.radius).asin());
         let (sin, cos) = ray.tilt.sin_cos();
@@ -15,7 +15,7 @@ impl BallLens {
         [lever * cos + ray.offset * sin, (ray.offset * cos - lever * sin).abs()]
     }
 
-    /// The irradiance of light that has not met the ball, at a distance `r` from the axis on the plane at `z = plane`.
+    /// The irradiance of light that has not hit the sphere, at a distance `r` from the axis on the plane at `z = plane`.
     fn direct_irradiance(&self, plane: f64, r: f64) -> f64 {
         match self.light {
             _ if r < self.shadow_radius(plane) => 0.0,
@@ -28,7 +28,7 @@ impl BallLens {
     }
 }
 
-/// Half of the last of eight digits.
+/// Half a unit of the eighth decimal digit.
 const ROUNDING: f64 = 5.1e-9;
 
 #[test]
@@ -92,7 +92,7 @@ fn the_powers_of_the_orders() {
         let found = SUN.order_power(order) / SUN.received();
         assert!((found - expected).abs() < ROUNDING, "p = {order}: {found:.10}, not {expected}");
     }
-    // Nothing is lost: the order 60 has less than 1e-5 of the power.
+    // Power is conserved: the order 60 has less than 1e-5 of the power.
     let sum: f64 = (0..60).map(|order| LAMP.order_power(order)).sum();
     assert!((sum / LAMP.received() - 1.0).abs() < 1e-5, "{sum}");
 }
@@ -128,7 +128,7 @@ fn direct_light_and_shadow_make_up_the_beam() {
     assert!((ring - LAMP.direct_power(plane, r)).abs() < 1e-12);
 }
 
-/// Where a ray in space meets a plane after two refractions by vectors, and the share that is left.
+/// Refracts a ray twice with vectors. Returns its intersection with a plane and the transmitted fraction of its power.
 fn traced(ball: &BallLens, origin: DVec3, direction: DVec3, plane: f64) -> Option<(DVec3, f64)> {
     let along = -origin.dot(direction);
     let inside = along * along - origin.length_squared() + ball.radius.powi(2);

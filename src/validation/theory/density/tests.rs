@@ -7,7 +7,7 @@ fn laplacian(intensity: f64, height: f64, r: f64) -> f64 {
     intensity * height * (9.0 * r * r - 6.0 * h2) / (h2 + r * r).powf(3.5)
 }
 
-fn even(count: u32) -> Photons<impl Fn(DVec2) -> f64> {
+fn uniform(count: u32) -> Photons<impl Fn(DVec2) -> f64> {
     Photons { irradiance: |_| 2.0, power: 50.0, count }
 }
 
@@ -17,14 +17,14 @@ fn lamp(count: u32) -> Photons<impl Fn(DVec2) -> f64> {
 
 #[test]
 fn small_radii_have_the_bias_and_the_variance_of_the_expansion() {
-    let (photons, place) = (lamp(1000), DVec2::new(0.3, 0.4));
-    let irradiance = (photons.irradiance)(place);
+    let (photons, point) = (lamp(1000), DVec2::new(0.3, 0.4));
+    let irradiance = (photons.irradiance)(point);
     for (_, kernel) in Kernel::ALL {
         let r = 0.01;
-        let found = photons.within(kernel, place, r);
+        let found = photons.within(kernel, point, r);
         let bias = (found.mean - irradiance) / (r * r * laplacian(3.0, 0.8, 0.5));
         let variance = found.variance * 1000.0 * PI * r * r / (irradiance * photons.power);
-        // The next terms are of the order r² / h² and of the share of the photons in the disc.
+        // The next terms are of the order r² / h² and of the fraction of photons in the disc.
         assert!((bias / super::bias(kernel) - 1.0).abs() < 1e-3, "{kernel:?}: {bias}");
         assert!((variance / super::variance(kernel) - 1.0).abs() < 1e-3, "{kernel:?}: {variance}");
     }
@@ -37,7 +37,7 @@ fn the_power_in_a_disc_below_the_light() {
         let found = disc_power(point_light(3.0, 0.8), DVec2::ZERO, r);
         assert!((found / exact(r) - 1.0).abs() < 1e-12, "{r}");
     }
-    // A disc that reaches as far as the foot, by strips: the light's power in a strip is an arc tangent away.
+    // A disc whose edge reaches the point below the light, integrated over strips.
     let (x, r, h2) = (0.5, 0.5, 0.64);
     let strip = |u: f64| {
         let (half, s) = ((r * r - u * u).sqrt(), h2 + (x + u) * (x + u));
@@ -50,19 +50,19 @@ fn the_power_in_a_disc_below_the_light() {
 
 #[test]
 fn a_constant_kernel_counts_a_binomial_number() {
-    let (photons, place, r) = (lamp(500), DVec2::new(0.3, 0.4), 0.6);
-    let q = disc_power(&photons.irradiance, place, r) / photons.power;
+    let (photons, point, r) = (lamp(500), DVec2::new(0.3, 0.4), 0.6);
+    let q = disc_power(&photons.irradiance, point, r) / photons.power;
     let variance = q * (1.0 - q) / 500.0 * (photons.power / (PI * r * r)).powi(2);
-    let found = photons.within(Kernel::Constant, place, r);
+    let found = photons.within(Kernel::Constant, point, r);
     assert!((found.variance / variance - 1.0).abs() < 1e-12);
     assert!((found.mean / (q * photons.power / (PI * r * r)) - 1.0).abs() < 1e-12);
 }
 
 #[test]
-fn nearest_photons_on_an_even_plane_have_no_bias() {
+fn nearest_photons_under_uniform_irradiance_have_no_bias() {
     for k in [5, 20, 50, 200] {
         let n = 100_000;
-        let found = even(n).nearest(Kernel::Constant, DVec2::ZERO, k);
+        let found = uniform(n).nearest(Kernel::Constant, DVec2::ZERO, k);
         assert!((found.mean / 2.0 - 1.0).abs() < 1e-9, "{k}: {}", found.mean);
         // From the moments of 1 / q for a Beta variable: (k - 1)(N - 1) / ((k - 2) N) - 1, about 1 / (k - 2).
         let (k, n) = (f64::from(k), f64::from(n));
@@ -70,18 +70,18 @@ fn nearest_photons_on_an_even_plane_have_no_bias() {
         assert!((found.variance / 4.0 / expected - 1.0).abs() < 1e-6, "{k}: {}", found.variance);
     }
     for (_, kernel) in Kernel::ALL {
-        assert!((even(1000).nearest(kernel, DVec2::ZERO, 10).mean / 2.0 - 1.0).abs() < 1e-9, "{kernel:?}");
+        assert!((uniform(1000).nearest(kernel, DVec2::ZERO, 10).mean / 2.0 - 1.0).abs() < 1e-9, "{kernel:?}");
     }
 }
 
-/// Distances from a place of the photons of a point light.
-fn distances(photons: &Photons<impl Fn(DVec2) -> f64>, place: DVec2, address: [u64; 2]) -> Vec<f64> {
+/// Distances from a point of the landed photons of a point light.
+fn distances(photons: &Photons<impl Fn(DVec2) -> f64>, point: DVec2, address: [u64; 2]) -> Vec<f64> {
     let mut stream = Stream::at(&address);
     let one = |_| {
-        // Half of them go up.
+        // Half of the photons travel up and never land.
         let (z, phi) = (2.0 * stream.next_1d() - 1.0, TAU * stream.next_1d());
         let landed = 0.8 * (1.0 - z * z).sqrt() / z * DVec2::from_angle(phi);
-        (z > 0.0).then(|| landed.distance(place))
+        (z > 0.0).then(|| landed.distance(point))
     };
     (0..photons.count).filter_map(one).collect()
 }
@@ -89,7 +89,7 @@ fn distances(photons: &Photons<impl Fn(DVec2) -> f64>, place: DVec2, address: [u
 fn agrees(subject: &str, moments: &Moments, expected: Prediction) {
     let error = moments.std_error().expect("two and more");
     assert!((moments.mean - expected.mean).abs() < 4.0 * error, "{subject}: {}, {expected:?} ± {error}", moments.mean);
-    // The relative standard error of a variance is √(2 / n) for normal numbers; these have a kurtosis below 9.
+    // The relative standard error of a variance is √(2 / n) for normal numbers; the estimates have a kurtosis below 9.
     let variance = moments.variance().expect("two and more");
     let bound = 4.0 * (8.0 / moments.n as f64).sqrt();
     assert!((variance / expected.variance - 1.0).abs() < bound, "{subject}: {variance}, {expected:?}");
@@ -97,11 +97,11 @@ fn agrees(subject: &str, moments: &Moments, expected: Prediction) {
 
 #[test]
 fn simulated_photons_agree() {
-    let (photons, place, radius, k) = (lamp(400), DVec2::new(0.3, 0.4), 0.5, 30_u32);
+    let (photons, point, radius, k) = (lamp(400), DVec2::new(0.3, 0.4), 0.5, 30_u32);
     let photon = photons.power / f64::from(photons.count);
     let mut found = [[Moments::default(); 3]; 2];
     for i in 0..20_000 {
-        let mut distances = distances(&photons, place, [29, i]);
+        let mut distances = distances(&photons, point, [29, i]);
         distances.sort_by(f64::total_cmp);
         let nearest = distances[k as usize - 1];
         let inside = distances.partition_point(|&d| d < radius);
@@ -114,10 +114,10 @@ fn simulated_photons_agree() {
         }
     }
     for (j, (_, kernel)) in Kernel::ALL.into_iter().enumerate() {
-        agrees(&format!("within, {kernel:?}"), &found[0][j], photons.within(kernel, place, radius));
-        agrees(&format!("nearest, {kernel:?}"), &found[1][j], photons.nearest(kernel, place, k));
+        agrees(&format!("within, {kernel:?}"), &found[0][j], photons.within(kernel, point, radius));
+        agrees(&format!("nearest, {kernel:?}"), &found[1][j], photons.nearest(kernel, point, k));
     }
-    // The test can tell the mean from the irradiance itself.
-    let bias = photons.nearest(Kernel::Constant, place, k).mean - (photons.irradiance)(place);
+    // The test has the power to distinguish the mean from the irradiance itself.
+    let bias = photons.nearest(Kernel::Constant, point, k).mean - (photons.irradiance)(point);
     assert!(bias.abs() > 8.0 * found[1][0].std_error().expect("two and more"), "{bias}");
 }
