@@ -1,9 +1,9 @@
 //! Plots of the report and of studies, as SVG.
 //!
 //! A [`Plot`] is data: layers over two axes. [`Plot::inline`] draws it for a page whose style sheet contains [`STYLE`];
-//! [`Plot::file`] draws the same plot with the sheet inside, as a file of its own. Colours are classes of that sheet, each
-//! with a value for light and for dark paper. Each series also has its own mark, so that nothing depends on colour. A plot is as
-//! wide as the screen of a phone, in units of about a pixel: text stays legible there, and wider screens magnify it.
+//! [`Plot::file`] draws the same plot as a separate file that includes the sheet. Colours are classes of that sheet, each
+//! with a value for light and for dark paper. Each series also has its own mark, so that a plot is readable without colour. The
+//! width of a plot is that of a phone's screen, in units of about a pixel: text is legible there, and wider screens magnify it.
 //!
 //! | part | file |
 //! |---|---|
@@ -11,8 +11,8 @@
 //! | layers as elements of SVG | `layer` |
 //! | the frame, the texts and the layers on one sheet | `sheet` |
 //! | the sheet in a page or in a file | `figure` |
-//! | symbols with words, in rows | `legend` |
-//! | escapes, widths and lines of texts | `text` |
+//! | symbols with labels, in rows | `legend` |
+//! | escaping, widths and line breaks of text | `text` |
 //! | colours and strokes | `plot.css` |
 
 mod axis;
