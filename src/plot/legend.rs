@@ -8,9 +8,11 @@ use super::{
     text::{self, LINE, escaped},
 };
 
-/// The width of a symbol; below, its distance to the label and the distance to the next entry.
+/// The width of a symbol.
 const SYMBOL: f64 = 24.0;
+/// The distance between a symbol and its label.
 const GAP: f64 = 7.0;
+/// The distance between two entries.
 const BETWEEN: f64 = 14.0;
 
 /// A symbol with its label.
