@@ -12,7 +12,7 @@ pub(crate) struct Axis {
     pub(crate) ends: Option<[f64; 2]>,
 }
 
-/// How values become positions.
+/// How values map to positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Scale {
     Linear,
