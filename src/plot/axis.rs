@@ -1,22 +1,22 @@
-//! Axes: their ends, the positions of values, and ticks with labels that do not overlap.
+//! Axes: their ranges, the positions of values, and ticks whose labels do not overlap.
 
 use super::text;
 
-/// An axis as a plot asks for it.
+/// The specification of an axis.
 #[derive(Clone, Debug)]
 pub(crate) struct Axis {
-    /// What the numbers mean, with their unit.
+    /// The quantity and its unit.
     pub(crate) title: String,
     pub(crate) scale: Scale,
-    /// The first and the last value. None: the axis holds all values, with some room about them.
+    /// The first and the last value. None: the axis spans all values, with a margin.
     pub(crate) ends: Option<[f64; 2]>,
 }
 
-/// How values become positions.
+/// How values map to positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Scale {
     Linear,
-    /// By decimal logarithms; values from 0 down have no position.
+    /// Logarithmic, base 10. Values of 0 or less have no position.
     Log,
 }
 
@@ -26,7 +26,7 @@ impl Axis {
         Self { title: title.into(), scale: Scale::Linear, ends: Some(ends) }
     }
 
-    /// A logarithmic axis that holds all values.
+    /// A logarithmic axis that spans all values.
     pub(crate) fn log(title: impl Into<String>) -> Self {
         Self { title: title.into(), scale: Scale::Log, ends: None }
     }
@@ -37,23 +37,23 @@ impl Axis {
     }
 }
 
-/// An axis that lies in a drawing.
+/// An axis with a position in the drawing.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ruler {
     scale: Scale,
-    /// The values at its ends, or their decimal logarithms.
+    /// The values at both ends, or their decimal logarithms.
     ends: [f64; 2],
-    /// The positions of its ends in the drawing.
+    /// The positions of both ends in the drawing.
     positions: [f64; 2],
 }
 
-/// A mark of an axis.
+/// A tick of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Tick {
     pub(super) value: f64,
-    /// None at minor ticks.
+    /// The label; None at minor ticks.
     pub(super) label: Option<String>,
-    /// Labels of a lower rank are kept where two would overlap.
+    /// Where two labels would overlap, the one of the lower rank is kept.
     rank: u8,
 }
 
@@ -68,7 +68,7 @@ impl Tick {
 }
 
 impl Ruler {
-    /// The ruler of an axis that holds some values. None if they and the axis's own ends leave nothing to span.
+    /// Places an axis that must span the given values between two positions. None if the axis would have no finite range.
     pub(super) fn new(axis: &Axis, values: impl Iterator<Item = f64>, positions: [f64; 2]) -> Option<Self> {
         let scaled = |value: f64| if axis.scale == Scale::Log { value.log10() } else { value };
         let held = |[low, high]: [f64; 2], value: f64| [low.min(value), high.max(value)];
@@ -87,7 +87,7 @@ impl Ruler {
         if !span.is_finite() {
             return None;
         }
-        // Noise should not fill a drawing: the axis spans at least a third of a decade, or a tenth of the values.
+        // The axis spans at least 0.35 decades, or a tenth of the largest value, so that noise does not fill the plot.
         let least = match axis.scale {
             Scale::Log => 0.35,
             Scale::Linear if low == 0.0 && high == 0.0 => 1.0,
@@ -98,7 +98,7 @@ impl Ruler {
         (ends[1] - ends[0]).is_finite().then_some(Self { scale: axis.scale, ends, positions })
     }
 
-    /// The position of a value. Values beyond an end are placed at that end.
+    /// The position of a value. Values beyond an end have the position of that end.
     pub(super) fn position(&self, value: f64) -> f64 {
         let [low, high] = self.ends;
         let at = match self.scale {
@@ -109,12 +109,12 @@ impl Ruler {
         self.positions[0] + part * (self.positions[1] - self.positions[0])
     }
 
-    /// The positions of its low and its high end.
+    /// The positions of the low and the high end.
     pub(super) fn positions(&self) -> [f64; 2] {
         self.positions
     }
 
-    /// Ticks in rising order, with labels that do not overlap, given how much of the axis a label takes.
+    /// Ticks in rising order, with labels that do not overlap. `extent` is the length of a label along the axis.
     pub(super) fn ticks(&self, extent: impl Fn(&str) -> f64) -> Vec<Tick> {
         if self.scale == Scale::Log {
             return self.thinned(self.log_ticks(), &extent);
@@ -124,7 +124,7 @@ impl Ruler {
         (2..=6).rev().map(|steps| self.thinned(self.linear_ticks(steps), &extent)).find(is_whole).unwrap_or_else(few)
     }
 
-    /// Ticks without the labels that would overlap one of a lower rank.
+    /// Removes the labels that would overlap a label of a lower rank.
     fn thinned(&self, mut ticks: Vec<Tick>, extent: &impl Fn(&str) -> f64) -> Vec<Tick> {
         let mut order: Vec<usize> = (0..ticks.len()).collect();
         order.sort_by_key(|&i| ticks[i].rank);
@@ -141,7 +141,7 @@ impl Ruler {
         ticks
     }
 
-    /// At most some steps of 1, 2 or 5 times a power of ten.
+    /// Ticks of a linear axis, with a step of 1, 2 or 5 times a power of ten and at most `steps` steps.
     fn linear_ticks(&self, steps: u32) -> Vec<Tick> {
         let [low, high] = self.ends;
         let rough = (high - low) / f64::from(steps);
@@ -173,7 +173,7 @@ impl Ruler {
             1 => matches!(digit, 1 | 2 | 5),
             _ => high - low < 0.5 || matches!(digit, 1 | 2 | 5),
         };
-        // All labels of an axis are written in the same way.
+        // All labels of an axis have the same format.
         let is_plain = low >= -3.0 && high <= 4.0;
         let tick = |digit: i32, decade: i32| Tick {
             value: f64::from(digit) * 10_f64.powi(decade),
@@ -195,17 +195,17 @@ impl Ruler {
     }
 }
 
-/// How much of a horizontal axis a label takes.
+/// The length of a label along a horizontal axis.
 pub(super) fn across(label: &str) -> f64 {
     text::width(label) + 8.0
 }
 
-/// How much of an upright axis a label takes.
+/// The length of a label along a vertical axis.
 pub(super) fn upright(_: &str) -> f64 {
     text::LINE
 }
 
-/// Ten to a power, in digits that are raised.
+/// Ten to a power, with superscript digits.
 pub(crate) fn power_of_ten(power: i32) -> String {
     const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
     let raised = |c: char| c.to_digit(10).map_or('⁻', |digit| DIGITS[digit as usize]);
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn log_labels_are_few_and_never_none() {
+    fn log_axes_have_few_labels_and_at_least_one() {
         let labels = |low, high| labels(Scale::Log, [low, high]);
         assert_eq!(labels(0.5, 2000.0), ["1", "10", "100", "1000"]);
         assert_eq!(labels(3e-7, 2e-4), ["10⁻⁶", "10⁻⁵", "10⁻⁴"]);
@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn axes_without_a_span_are_none_and_equal_values_have_one() {
+    fn axes_without_a_range_are_none_and_equal_values_have_a_range() {
         let linear = |ends| Axis { title: String::new(), scale: Scale::Linear, ends };
         let new = |axis: Axis, values: &[f64]| Ruler::new(&axis, values.iter().copied(), [0.0, 1.0]);
         assert!(new(linear(Some([1.0, 1.0])), &[]).is_none());

@@ -1,4 +1,4 @@
-//! A plot in a page, or as a file of its own.
+//! A plot as an element of a page, or as a separate file.
 
 use super::{
     axis::Axis,
@@ -7,10 +7,10 @@ use super::{
     text,
 };
 
-/// The rules that colour every plot of a page.
+/// The style sheet of the plots of a page.
 pub(crate) const STYLE: &str = include_str!("plot.css");
 
-/// What is drawn: layers over two axes, the first at the back.
+/// A plot: layers over two axes, the first layer at the back.
 #[derive(Clone, Debug)]
 pub(crate) struct Plot {
     pub(crate) title: String,
@@ -20,7 +20,7 @@ pub(crate) struct Plot {
 }
 
 impl Plot {
-    /// The plot as an element of a page. None if there is nothing to draw.
+    /// The plot as an SVG element of a page. None if there is nothing to draw.
     pub(crate) fn inline(&self) -> Option<String> {
         let sheet = Sheet::new(&self.title, [&self.x, &self.y], &self.layers)?;
         Some(format!(
@@ -32,11 +32,11 @@ impl Plot {
         ))
     }
 
-    /// The plot as a file of its own. None if there is nothing to draw.
+    /// The plot as a separate SVG file. None if there is nothing to draw.
     pub(crate) fn file(&self) -> Option<String> {
-        /// A file is drawn larger than a plot of a page, which follows the width of its column.
+        /// The magnification of a file. A plot in a page has the width of its column instead.
         const MAGNIFICATION: f64 = 1.5;
-        /// Between the sheet and the edge of the paper.
+        /// The margin between the sheet and the edge of the paper.
         const EDGE: f64 = 10.0;
         let sheet = Sheet::new(&self.title, [&self.x, &self.y], &self.layers)?;
         let (width, height) = (WIDTH + 2.0 * EDGE, sheet.height + 2.0 * EDGE);
@@ -50,7 +50,7 @@ impl Plot {
         ))
     }
 
-    /// The plot in a sentence, for readers who do not see it.
+    /// A text alternative of the plot, in one sentence.
     fn description(&self) -> String {
         let mut labels: Vec<&str> = Vec::new();
         for layer in &self.layers {
@@ -83,7 +83,7 @@ mod tests {
         Layer { label: "predicted".into(), style: Style::Series(1), shape }
     }
 
-    /// The drawing, which must be well-formed and hold no number that is not finite.
+    /// Draws a plot. Asserts that the SVG is well-formed and that all its numbers are finite.
     fn drawn(plot: &Plot) -> String {
         let file = plot.file().unwrap();
         roxmltree::Document::parse(&file).unwrap();
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_draws_nothing() {
+    fn empty_plots_are_none() {
         let nan = f64::NAN;
         for layers in [vec![], vec![points(&[])], vec![points(&[[nan, 1.0, 0.1], [1.0, nan, 0.1], [0.0, 1.0, 0.1]])]] {
             assert!(plot(layers.clone()).inline().is_none() && plot(layers).file().is_none());

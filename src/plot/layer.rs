@@ -1,13 +1,13 @@
-//! Layers of a plot: what they hold, and how they are drawn between two rulers.
+//! Layers of a plot: their data, and how they are drawn between two rulers.
 
 use std::fmt::Write as _;
 
 use super::axis::{Axis, Ruler, Scale};
 
-/// Something that is drawn in one style.
+/// A shape and its style.
 #[derive(Clone, Debug)]
 pub(crate) struct Layer {
-    /// The words of the legend; empty if the legend leaves the layer out. Layers of one label share an entry.
+    /// The label in the legend; empty if the layer has no entry. Layers with equal labels share an entry.
     pub(crate) label: String,
     pub(crate) style: Style,
     pub(crate) shape: Shape,
@@ -16,26 +16,26 @@ pub(crate) struct Layer {
 /// The colour and the mark of a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Style {
-    /// Those of the n-th series, from 0.
+    /// The colour and mark of the n-th series, from 0.
     Series(usize),
     /// The colour of the text.
     Plain,
 }
 
-/// What a layer draws.
+/// The shape of a layer.
 #[derive(Clone, Debug)]
 pub(crate) enum Shape {
-    /// Measurements with bars of two standard errors, if wanted joined by a line in a band.
+    /// Measurements with error bars of two standard errors. If `joined`, a line in a band joins them.
     Points { points: Vec<Point>, joined: bool },
-    /// A line from point to point.
+    /// A polyline.
     Line { points: Vec<[f64; 2]>, is_dashed: bool },
-    /// Bars of one width side by side, from 0 to their heights.
+    /// Adjacent bars of equal width, from 0 to their heights.
     Bars { ends: [f64; 2], heights: Vec<f64> },
-    /// The band between two heights.
+    /// A horizontal band between two values of y.
     Band([f64; 2]),
-    /// A dashed line across at a height.
+    /// A dashed horizontal line at a value of y.
     HorizontalLine(f64),
-    /// A dashed upright line.
+    /// A dashed vertical line at a value of x.
     VerticalLine(f64),
 }
 
@@ -51,7 +51,7 @@ pub(crate) struct Point {
 /// are those of Okabe and Ito 2008, "Color Universal Design"; the others also differ from them in lightness.
 pub(super) const COLOURS: usize = 6;
 
-/// The outlines of marks about their centre.
+/// The outlines of marks, relative to their centre.
 const MARKS: [&str; 7] = [
     "m-3.6 0a3.6 3.6 0 1 0 7.2 0a3.6 3.6 0 1 0 -7.2 0z",
     "m-3.3 -3.3h6.6v6.6h-6.6z",
@@ -80,13 +80,13 @@ impl Style {
 }
 
 impl Point {
-    /// Two standard errors to both sides.
+    /// The interval of two standard errors to either side.
     fn band(&self) -> [f64; 2] {
         let reach = 2.0 * self.std_error.filter(|error| error.is_finite()).unwrap_or(0.0);
         [self.y - reach, self.y + reach]
     }
 
-    /// Whether all that a logarithmic axis can show of it is its upper end.
+    /// Whether a logarithmic axis can show only the upper end of its band.
     fn is_limit(&self, y: &Axis) -> bool {
         y.scale == Scale::Log && self.band()[0] <= 0.0
     }
@@ -97,7 +97,7 @@ impl Point {
 }
 
 impl Shape {
-    /// Without what cannot be drawn on two axes. None if nothing is left.
+    /// Removes data that cannot be drawn on the axes. None if no data are left.
     pub(super) fn clean(&self, x: &Axis, y: &Axis) -> Option<Self> {
         match self {
             Self::Points { points, joined } => {
@@ -115,12 +115,12 @@ impl Shape {
         }
     }
 
-    /// Whether it shows data, and not only what data are held against.
+    /// Whether the shape shows data, and not only a reference level for data.
     pub(super) fn is_data(&self) -> bool {
         matches!(self, Self::Points { .. } | Self::Line { .. } | Self::Bars { .. })
     }
 
-    /// The values that the x axis must hold.
+    /// The values that the x axis must span.
     pub(super) fn xs(&self) -> Vec<f64> {
         match self {
             Self::Points { points, .. } => points.iter().map(|point| point.x).collect(),
@@ -131,7 +131,7 @@ impl Shape {
         }
     }
 
-    /// The values that the y axis must hold.
+    /// The values that the y axis must span.
     pub(super) fn ys(&self, y: &Axis) -> Vec<f64> {
         match self {
             Self::Points { points, .. } => {
@@ -146,7 +146,7 @@ impl Shape {
         }
     }
 
-    /// What shows its errors on an axis.
+    /// How the standard errors are shown on an axis.
     pub(super) fn errors(&self, y: &Axis) -> Errors {
         let Self::Points { points, joined } = self else { return Errors::default() };
         let known = points.iter().filter(|point| !point.is_limit(y));
@@ -159,7 +159,7 @@ impl Shape {
     }
 }
 
-/// What shows the errors of a layer: bars, a band around its line, or arrows where only an upper end is known.
+/// How the standard errors of a layer are shown: bars, a band around its line, or arrows where only the upper end is positive.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Errors {
     pub(super) bars: bool,
@@ -167,7 +167,7 @@ pub(super) struct Errors {
     pub(super) limits: bool,
 }
 
-/// The two axes of a plot in a drawing.
+/// The two axes of a plot, placed in a drawing.
 pub(super) struct Field<'p> {
     pub(super) axes: [&'p Axis; 2],
     pub(super) x: Ruler,
@@ -208,7 +208,7 @@ impl Field<'_> {
 
     fn points(&self, svg: &mut String, style: Style, points: &[Point], joined: bool) {
         let [_, y] = self.axes;
-        // Many points are drawn smaller, so that a line between them is seen.
+        // Many points are drawn smaller, so that the line between them stays visible.
         let size = if points.len() > 16 { 0.6 } else { 1.0 };
         let known: Vec<&Point> = points.iter().filter(|point| !point.is_limit(y)).collect();
         if joined && known.len() > 1 {
@@ -233,7 +233,7 @@ impl Field<'_> {
         }
     }
 
-    /// A line, which breaks where a point has no position.
+    /// Draws a line. It is interrupted where a point has no position.
     fn line(&self, svg: &mut String, points: &[[f64; 2]], class: &str) {
         let [x, y] = self.axes;
         for piece in points.split(|at| !(x.has(at[0]) && y.has(at[1]))).filter(|piece| piece.len() > 1) {
@@ -243,7 +243,7 @@ impl Field<'_> {
     }
 
     fn bars(&self, svg: &mut String, [from, to]: [f64; 2], heights: &[f64]) {
-        /// Between two bars.
+        /// The gap between two bars.
         const GAP: f64 = 1.5;
         let edge = |i: usize| self.x.position(from + (to - from) * i as f64 / heights.len() as f64);
         let ground = self.y.position(0.0);
@@ -264,7 +264,7 @@ fn text_of([x, y]: [f64; 2]) -> String {
     format!("{x:.1} {y:.1}")
 }
 
-/// An arrow from an upper end down.
+/// Draws an arrow from an upper end downwards.
 pub(super) fn limit(svg: &mut String, [x, y]: [f64; 2]) {
     let _ = write!(svg, r#"<path class="limit" d="M{:.1} {y:.1}h8m-4 0v13m-3.5 -4.5l3.5 4.5l3.5 -4.5"/>"#, x - 4.0);
 }

@@ -1,4 +1,4 @@
-//! The legend: symbols with words, in rows below the axes.
+//! The legend: symbols with labels, in rows below the axes.
 
 use std::fmt::Write as _;
 
@@ -8,12 +8,14 @@ use super::{
     text::{self, LINE, escaped},
 };
 
-/// How wide a symbol is, how far its words are from it, and how far the next entry is from them.
+/// The width of a symbol.
 const SYMBOL: f64 = 24.0;
+/// The distance between a symbol and its label.
 const GAP: f64 = 7.0;
+/// The distance between two entries.
 const BETWEEN: f64 = 14.0;
 
-/// A symbol with its words.
+/// A symbol with its label.
 struct Entry {
     style: Style,
     symbol: Symbol,
@@ -39,7 +41,7 @@ impl Symbol {
         }
     }
 
-    /// Draws it from a point to the right.
+    /// Draws the symbol to the right of a point.
     fn draw(&self, svg: &mut String, style: Style, [x, y]: [f64; 2]) {
         let middle = x + 0.5 * SYMBOL;
         let mut path = |class: &str, outline: &str| {
@@ -61,7 +63,7 @@ impl Symbol {
     }
 }
 
-/// The entries of layers over an axis, and those of the error bars that they have.
+/// The entries of layers, and entries that explain their errors on the y axis.
 fn entries(y: &Axis, layers: &[Layer]) -> Vec<Entry> {
     let mut entries: Vec<Entry> = Vec::new();
     for layer in layers.iter().filter(|layer| !layer.label.is_empty()) {
@@ -78,7 +80,7 @@ fn entries(y: &Axis, layers: &[Layer]) -> Vec<Entry> {
             }
         }
     }
-    // Entries without a colour belong to all.
+    // Entries without a colour apply to all layers.
     entries.sort_by_key(|entry| entry.style == Style::Plain);
     let shows = |what: fn(Errors) -> bool| layers.iter().any(|layer| what(layer.shape.errors(y)));
     if shows(|errors| errors.bars) {
@@ -92,14 +94,14 @@ fn entries(y: &Axis, layers: &[Layer]) -> Vec<Entry> {
     entries
 }
 
-/// Where the legend goes.
+/// The position and size of the legend.
 pub(super) struct Column {
     pub(super) left: f64,
     pub(super) right: f64,
     pub(super) top: f64,
 }
 
-/// Draws the legend of layers over an axis into a column, and returns its height.
+/// Draws the legend of layers into a column, and returns its height.
 pub(super) fn draw(svg: &mut String, axis: &Axis, layers: &[Layer], column: &Column) -> f64 {
     let Column { left, right, top } = *column;
     let (mut x, mut y) = (left, top);
@@ -161,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_wrap_and_none_is_wider_than_the_column() {
+    fn rows_wrap_within_the_column() {
         let long = "a method whose name is longer than one row of the legend can be";
         let layers: Vec<Layer> = (0..4).map(|i| layer(&format!("{i} {long}"), i, line())).collect();
         let mut svg = String::new();

@@ -12,8 +12,8 @@
 //! | layers as elements of SVG | `layer` |
 //! | the frame, the texts and the layers on one sheet | `sheet` |
 //! | the sheet in a page or in a file | `figure` |
-//! | symbols with words, in rows | `legend` |
-//! | escapes, widths and lines of texts | `text` |
+//! | symbols with labels, in rows | `legend` |
+//! | escaping, widths and line breaks of text | `text` |
 //! | colours and strokes | `plot.css` |
 
 mod axis;

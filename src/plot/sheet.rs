@@ -11,14 +11,14 @@ use super::{
 
 /// The width of a sheet.
 pub(super) const WIDTH: f64 = 360.0;
-/// Between the drawing and the edges of the sheet.
+/// The margin between the drawing and the edges of the sheet.
 const MARGIN: f64 = 2.0;
-/// Between labels and the axis that they belong to.
+/// The distance between labels and their axis.
 const GAP: f64 = 7.0;
 /// The height of the frame.
 const FRAME: f64 = 200.0;
 
-/// A drawing without its outermost element.
+/// A drawing without its outermost SVG element.
 pub(super) struct Sheet {
     pub(super) height: f64,
     pub(super) content: String,
@@ -33,7 +33,7 @@ struct Frame {
 }
 
 impl Sheet {
-    /// Layers over two axes on a sheet. None if there is nothing to draw.
+    /// Draws layers over two axes. None if there is nothing to draw.
     pub(super) fn new(title: &str, axes: [&Axis; 2], layers: &[Layer]) -> Option<Self> {
         let [x_axis, y_axis] = axes;
         let clean = |layer: &Layer| Some(Layer { shape: layer.shape.clean(x_axis, y_axis)?, ..layer.clone() });
@@ -62,7 +62,8 @@ impl Sheet {
     }
 }
 
-/// The title, and that of the upright axis, which is read more easily when it lies. Returns where the frame begins.
+/// Draws the title, and the title of the vertical axis, which is horizontal for legibility. Returns the y at which the frame
+/// begins.
 fn heading(svg: &mut String, [title, y_title]: [&str; 2]) -> f64 {
     let mut baseline = 0.0;
     for (class, title, boldness) in [("title", title, text::BOLD), ("name", y_title, 1.0)] {
@@ -75,7 +76,7 @@ fn heading(svg: &mut String, [title, y_title]: [&str; 2]) -> f64 {
 }
 
 impl Frame {
-    /// The frame with its ticks and their labels.
+    /// Draws the frame with its ticks and labels.
     fn grid(&self, svg: &mut String, x: &Ruler, x_ticks: &[Tick], y: &Ruler, y_ticks: &[Tick]) {
         let Self { left, right, top, bottom } = self;
         for tick in x_ticks {
@@ -106,12 +107,12 @@ impl Frame {
         let _ = write!(svg, r#"<path class="frame" d="M{left:.1} {top:.1}H{right:.1}V{bottom:.1}H{left:.1}z"/>"#);
     }
 
-    /// The title of the horizontal axis. Returns where the legend begins.
+    /// Draws the title of the horizontal axis. Returns the y at which the legend begins.
     fn footing(&self, svg: &mut String, title: &str) -> f64 {
         let mut baseline = self.bottom + LINE + 2.0;
         for line in text::wrapped(title, WIDTH - 2.0 * MARGIN) {
             baseline += LINE;
-            // In the middle of the axis, or of the sheet if the axis is too short for it.
+            // Centred on the axis, or on the sheet if the axis is too short.
             let room = 0.5 * text::width(&line) + MARGIN;
             let middle = (0.5 * (self.left + self.right)).min(WIDTH - room).max(room.min(0.5 * WIDTH));
             let _ = write!(

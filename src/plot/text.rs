@@ -1,18 +1,18 @@
-//! Text in drawings: its escapes, its width, and where its lines break.
+//! Text in drawings: escaping, width and line breaks.
 
-/// The size of letters, in units of the drawing.
+/// The font size, in units of the drawing.
 pub(super) const SIZE: f64 = 13.0;
-/// From one line to the next.
+/// The distance between the baselines of two lines.
 pub(super) const LINE: f64 = 18.0;
-/// How much wider bold letters are.
+/// The width of bold letters relative to regular ones.
 pub(super) const BOLD: f64 = 1.15;
 
-/// The width of a text, estimated.
+/// The estimated width of a text.
 pub(super) fn width(text: &str) -> f64 {
     text.chars().map(letter).sum()
 }
 
-/// The width of a letter in DejaVu Sans, whose letters are wider than those of most fonts that a reader may have.
+/// The width of a letter in DejaVu Sans, whose letters are wider than those of most common fonts.
 fn letter(c: char) -> f64 {
     let ems = match c {
         ' ' | '.' | ',' | ':' | ';' | '!' | '|' | '\'' | 'i' | 'j' | 'l' | 'I' => 0.33,
@@ -27,7 +27,7 @@ fn letter(c: char) -> f64 {
     SIZE * ems
 }
 
-/// A text with the characters replaced that XML reserves. Those that XML forbids become a replacement character.
+/// Escapes the characters that XML reserves. Forbidden characters are replaced by U+FFFD.
 pub(super) fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
@@ -46,7 +46,7 @@ pub(super) fn escaped(text: &str) -> String {
     escaped
 }
 
-/// The lines of a text within a width: broken between words, and within a word that is wider than a line.
+/// Wraps a text to a width: between words, and within a word that is wider than a line.
 pub(super) fn wrapped(text: &str, widest: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
@@ -61,7 +61,7 @@ pub(super) fn wrapped(text: &str, widest: f64) -> Vec<String> {
     lines
 }
 
-/// A word in pieces within a width, of one letter at least.
+/// Splits a word into pieces within a width, of at least one letter each.
 fn pieces(word: &str, widest: f64) -> Vec<String> {
     let mut pieces = vec![String::new()];
     let mut taken = 0.0;
