@@ -113,7 +113,7 @@ fn narrow(ray: &Ray) -> obvhs::ray::Ray {
     obvhs::ray::Ray::new(origin, direction, ray.t_min as f32, ray.t_max as f32)
 }
 
-/// An icosahedron, each face divided into four so many times, blown up to a ball with bumps.
+/// An icosahedron, each face divided into four several times, blown up to a ball with bumps.
 fn blob(levels: u32) -> Mesh {
     let g = f64::midpoint(1.0, 5.0_f64.sqrt());
     let mut positions = vec![];

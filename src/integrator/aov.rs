@@ -115,7 +115,7 @@ fn layer(params: &Params<'_>, item: &str) -> Result<(String, Quantity), SceneErr
     });
     found.ok_or_else(|| {
         let words: Vec<_> = QUANTITIES.iter().map(|(word, ..)| *word).collect();
-        let error = params.error("aovs", format!("\"{item}\" is no layer"));
+        let error = params.error("aovs", format!("\"{item}\" is not a layer"));
         error.hint(format!("write name:quantity, with one of {}", words.join(", ")))
     })
 }

@@ -2,7 +2,7 @@
 //!
 //! The life cycle of a render: an [`Integrator`] begins an [`Iteration`] of a scene ([`IntegratorModel::begin`]), which
 //! gathers what its samples share, such as photon maps. The [`Estimator`] that it yields estimates radiance sample by
-//! sample and tells the state of the next iteration.
+//! sample and yields the state of the next iteration.
 
 mod aov;
 mod depth;
@@ -69,7 +69,7 @@ pub trait IntegratorModel {
         None
     }
 
-    /// Whether its samples are independent, so that their scatter tells the variance of the image.
+    /// Whether its samples are independent, so that their scatter gives the variance of the image.
     fn has_variance(&self) -> bool {
         self.iterations() == IterationPlan::Independent
     }

@@ -12,7 +12,7 @@ use crate::{
     transport::{CameraPath, ClassRadiance, PathClass, ShadingPoint},
 };
 
-/// The second step: camera paths to the first surface with a smooth lobe, where the maps tell the light.
+/// The second step: camera paths to the first surface with a smooth lobe, where the maps give the light.
 #[derive(Debug)]
 pub(super) struct PhotonMapping<'s> {
     pub(super) scene: &'s Scene,

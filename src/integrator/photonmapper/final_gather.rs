@@ -96,7 +96,7 @@ impl PhotonMapping<'_> {
         }
     }
 
-    /// Follows a gather ray through mirrors and glass to a surface where the global map tells the light. `counts`
+    /// Follows a gather ray through mirrors and glass to a surface where the global map gives the light. `counts`
     /// weight the emitters that it meets at once; without them, emitters are left to other estimates.
     fn gather_along(
         &self,
