@@ -179,7 +179,7 @@ fn a_wrong_prediction_fails() {
 fn a_fit_without_power_fails() {
     let folder = folder(&STUDY.replace("half_width = 0.06", "half_width = 0.0001"));
     let said = study(&folder, "");
-    assert!(said.code == Some(1) && said.out.contains("wider than 0.0001: it decides nothing"), "{}", said.out);
+    assert!(said.code == Some(1) && said.out.contains("0.0001 or more, too wide to decide"), "{}", said.out);
 }
 
 #[test]
