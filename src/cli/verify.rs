@@ -177,6 +177,9 @@ fn print_times(evidence: &Evidence) -> anyhow::Result<()> {
 }
 
 fn print_conclusion(evidence: &Evidence) -> anyhow::Result<()> {
+    say(
+        "* The bias of a mean that half of the tests of a group, and the verdicts of all scenes, would have detected.",
+    )?;
     for sentence in report::power(evidence) {
         say(sentence)?;
     }
