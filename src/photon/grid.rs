@@ -41,7 +41,7 @@ impl Cells {
         position.map(|x| {
             // Rounds down without a library call.
             let towards_zero = (x * self.per_length) as i64;
-            towards_zero - i64::from(towards_zero as f64 > x * self.per_length)
+            towards_zero.saturating_sub(i64::from(towards_zero as f64 > x * self.per_length))
         })
     }
 
