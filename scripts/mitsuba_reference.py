@@ -72,6 +72,10 @@ LLVM_FOLDERS = (
 )
 # LLVM 14, 15 and 16 abort during instruction selection. Versions 19 and 22 work. Versions 17 and 18 were not tested.
 OLDEST_LLVM = 19
+# How to get a libLLVM where none is found.
+INSTALL_LLVM = (
+    f"install libLLVM {OLDEST_LLVM} or later (Debian: apt-get install libllvm19), or set DRJIT_LIBLLVM_PATH to its path"
+)
 
 # The parameter of a scene that selects the stand-in for `photonmapper`: <default name="photons_by" value="ptracer"/>.
 PHOTONS_BY = "photons_by"
@@ -92,13 +96,23 @@ class Renderer:
 
 
 def llvm_version(path: Path) -> tuple[int, ...]:
-    """The version in the file name of a libLLVM (libLLVM.so.19.1, libLLVM-15.so, libLLVM-14.0.6.so.1); () if it has none."""
-    match = re.fullmatch(r"libLLVM(?:-|\.so\.)(\d+(?:\.\d+)*)(?:\.so(?:\.\d+)*)?", path.name)
-    return tuple(int(part) for part in match[1].split(".")) if match else ()
+    """The version in the file name of a libLLVM, such as (19, 1) for libLLVM.so.19.1; () if the name has none.
+
+    Other forms are libLLVM-15.so, libLLVM-14.0.6.so.1, and Rust's libLLVM.so.22.1-rust-1.95.0-stable. Rust's
+    libLLVM-22-rust-1.95.0-stable.so has no version here: it is a text file for linkers.
+    """
+    match = re.fullmatch(r"libLLVM(?:-([\d.]+?)(?:\.so(?:\.\d+)*)?|\.so\.([\d.]+)(?:-rust-.+)?)", path.name)
+    return tuple(int(part) for part in (match[1] or match[2]).split(".")) if match else ()
 
 
-def newest_llvm(folders: Sequence[str] = LLVM_FOLDERS) -> Path | None:
-    """The newest libLLVM that Mitsuba can use, or None."""
+def find_llvm() -> Path | None:
+    """The newest libLLVM of the system, else that of a Rust toolchain: on Linux, each toolchain of rustup contains one."""
+    rustup = Path(os.environ.get("RUSTUP_HOME") or Path.home() / ".rustup")
+    return newest_llvm(LLVM_FOLDERS) or newest_llvm([f"{rustup}/toolchains/*/lib"])
+
+
+def newest_llvm(folders: Sequence[str]) -> Path | None:
+    """The newest libLLVM in `folders` that Mitsuba can use, or None. Folders may contain wildcards."""
     found = []
     for pattern in folders:
         for path in Path("/").glob(f"{pattern.lstrip('/')}/libLLVM*"):
@@ -125,7 +139,7 @@ def start_mitsuba(variant: str | None = None) -> Renderer:
     The default is `llvm_ad_rgb`, or `scalar_rgb` (about twenty times slower) if no LLVM library is found.
     """
     named = os.environ.get("DRJIT_LIBLLVM_PATH")
-    library = Path(named) if named else newest_llvm()
+    library = Path(named) if named else find_llvm()
     if library is not None:
         if not library.is_file():
             raise UserError(f"DRJIT_LIBLLVM_PATH: no such file: {library}")
@@ -135,12 +149,12 @@ def start_mitsuba(variant: str | None = None) -> Renderer:
     except ImportError as error:
         raise UserError(f"cannot import mitsuba ({error}); install scripts/requirements.txt") from error
     if library is None and variant is None:
-        print(f"no libLLVM of version {OLDEST_LLVM} or later found: falling back to scalar_rgb, which is slow", file=sys.stderr)
+        print(f"no libLLVM was found: falling back to scalar_rgb, which is slow; {INSTALL_LLVM}", file=sys.stderr)
     variant = variant or ("scalar_rgb" if library is None else "llvm_ad_rgb")
     if variant not in mi.variants():
         raise UserError(f"Mitsuba has no variant {variant!r}; it has: {', '.join(mi.variants())}")
     if library is None and variant.startswith("llvm"):
-        raise UserError(f"{variant} needs libLLVM of version {OLDEST_LLVM} or later, which was not found")
+        raise UserError(f"{variant} needs libLLVM, which was not found; {INSTALL_LLVM}")
     try:
         mi.set_variant(variant)
     except (ImportError, RuntimeError) as error:

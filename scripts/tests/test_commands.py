@@ -85,7 +85,7 @@ def test_the_sampler_is_always_independent(tiny: Path, renderer: ref.Renderer) -
 
 
 def test_llvm_is_used_if_it_is_installed(renderer: ref.Renderer) -> None:
-    found = os.environ.get("DRJIT_LIBLLVM_PATH") or ref.newest_llvm()
+    found = os.environ.get("DRJIT_LIBLLVM_PATH") or ref.find_llvm()
     assert renderer.variant == ("llvm_ad_rgb" if found else "scalar_rgb")
     assert (renderer.llvm == "none") == (not found)
 
@@ -196,7 +196,7 @@ def test_the_option_etendue_precedes_the_environment(tiny: Path, stub: Path, tmp
 
 def test_without_llvm_the_scalar_variant_renders_and_reports_it(tiny: Path, tmp_path: Path) -> None:
     program = (
-        "import sys; from pathlib import Path; import mitsuba_reference as ref; ref.newest_llvm = lambda: None\n"
+        "import sys; from pathlib import Path; import mitsuba_reference as ref; ref.find_llvm = lambda: None\n"
         "ref.make_reference(ref.start_mitsuba(), Path(sys.argv[1]), Path(sys.argv[2]), 'command', samples=4, batches=2)"
     )
     found = subprocess.run(

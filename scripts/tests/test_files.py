@@ -132,6 +132,8 @@ def test_an_unused_file_does_not_make_a_reference_stale(nested: Path) -> None:
         ("libLLVM-19.so", (19,)),
         ("libLLVM-14.0.6.so.1", (14, 0, 6)),
         ("libLLVM-15.so.1", (15,)),
+        ("libLLVM.so.22.1-rust-1.95.0-stable", (22, 1)),
+        ("libLLVM-22-rust-1.95.0-stable.so", ()),
         ("libLLVMSupport.so", ()),
         ("libLLVM.so", ()),
     ],
@@ -147,3 +149,15 @@ def test_the_newest_usable_llvm_is_chosen(tmp_path: Path) -> None:
     for name in ("libLLVM.so.19.1", "libLLVM.so.22.1", "libLLVM.so.20.1"):
         (tmp_path / name).touch()
     assert ref.newest_llvm([str(tmp_path)]) == tmp_path / "libLLVM.so.22.1"
+
+
+def test_the_llvm_of_a_rust_toolchain_is_used_if_the_system_has_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    system, rust = tmp_path / "libLLVM.so.19.1", tmp_path / "toolchains" / "stable" / "lib" / "libLLVM.so.22.1-rust-1.95.0-stable"
+    rust.parent.mkdir(parents=True)
+    monkeypatch.setattr(ref, "LLVM_FOLDERS", (str(tmp_path),))
+    monkeypatch.setenv("RUSTUP_HOME", str(tmp_path))
+    assert ref.find_llvm() is None
+    rust.touch()
+    assert ref.find_llvm() == rust
+    system.touch()
+    assert ref.find_llvm() == system

@@ -48,7 +48,7 @@ def arriving(mi: Any, wi: list[float]) -> Any:
 
 def need_wavefront(mi: Any) -> None:
     if "scalar" in mi.variant():
-        pytest.skip("needs a wavefront: Mitsuba found no libLLVM and runs scalar_rgb")
+        pytest.fail(f"this test needs a wavefront, but Mitsuba runs {mi.variant()}: {ref.INSTALL_LLVM}", pytrace=False)
 
 
 def chi2_p_value(mi: Any, kind: str, parameters: str, wi: list[float], res: int) -> float:

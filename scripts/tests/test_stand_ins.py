@@ -65,7 +65,7 @@ def rays(count: int, spread: float = 1.2) -> tuple[np.ndarray, np.ndarray]:
 def crossings(mi: Any, scene: Any, origins: np.ndarray, directions: np.ndarray, count: int) -> list[dict[str, np.ndarray]]:
     """The first crossings of each ray with surfaces that are not masked: `valid`, `t`, `p`, `n`, `uv`, `colour`."""
     if "scalar" in mi.variant():
-        pytest.skip("needs a wavefront: Mitsuba found no libLLVM and runs scalar_rgb")
+        pytest.fail(f"this test needs a wavefront, but Mitsuba runs {mi.variant()}: {ref.INSTALL_LLVM}", pytrace=False)
     travelled = np.zeros(len(origins))
     start, left = origins.copy(), np.full(len(origins), count)
     result = [{} for _ in range(count)]
@@ -681,7 +681,7 @@ def test_the_scalar_variant_renders_the_same(renderer: ref.Renderer, tmp_path: P
     path.write_text(HEAD + LIT + POINT + shapes + "</scene>")
     program = (
         "import sys; import numpy as np; from pathlib import Path; import mitsuba_reference as ref\n"
-        "ref.newest_llvm = lambda: None\n"
+        "ref.find_llvm = lambda: None\n"
         "images = ref.render_batches(ref.start_mitsuba(), Path(sys.argv[1]), 48, 4).images\n"
         "np.save(sys.argv[2], images)"
     )
