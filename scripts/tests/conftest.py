@@ -2,10 +2,12 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import mitsuba_reference as ref
+from stand_in_scenes import HEAD, Load
 
 TINY = """<scene version="3.0.0">
   <default name="lit" value="0.8"/>
@@ -25,6 +27,18 @@ TINY = """<scene version="3.0.0">
 @pytest.fixture(scope="session")
 def renderer() -> ref.Renderer:
     return ref.start_mitsuba()
+
+
+@pytest.fixture
+def load(renderer: ref.Renderer, tmp_path: Path) -> Load:
+    """Loads the body of a scene into Mitsuba; further arguments are parameters."""
+
+    def loaded(body: str, head: str = HEAD, **params: str) -> Any:
+        path = tmp_path / "scene.xml"
+        path.write_text(head + body + "</scene>")
+        return ref.load_scene(renderer, path, params)
+
+    return loaded
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import mitsuba_reference as ref
+from helpers import need_wavefront
 
 INCIDENCES = [0.0, 35.0, 70.0, 88.0]
 PHONG = [(5.0, 0.3, 0.6), (60.0, 0.0, 1.0), (60.0, 0.5, 0.2), (1.0, 0.0, 0.9)]
@@ -44,11 +45,6 @@ def arriving(mi: Any, wi: list[float]) -> Any:
     si.wi = mi.Vector3f(wi)
     si.t = 1.0
     return si
-
-
-def need_wavefront(mi: Any) -> None:
-    if "scalar" in mi.variant():
-        pytest.fail(f"this test needs a wavefront, but Mitsuba runs {mi.variant()}: {ref.INSTALL_LLVM}", pytrace=False)
 
 
 def chi2_p_value(mi: Any, kind: str, parameters: str, wi: list[float], res: int) -> float:
