@@ -3,7 +3,8 @@
 
 etendue checks the scene before Mitsuba renders it, so a mistake in the scene is reported at once.
 
-Exit codes: 0 the images agree; 1 they do not agree, or there are too few samples to decide; 2 bad input.
+Exit codes: 0 the images agree; 1 they do not agree, or there are too few samples to decide; 2 bad input; 130
+interrupted.
 """
 
 import argparse
@@ -15,6 +16,7 @@ from pathlib import Path
 
 import etendue
 import mitsuba_reference as ref
+from user_error import UserError, exit_code
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -41,7 +43,7 @@ def parse_parameters(definitions: list[str]) -> dict[str, str]:
     for definition in definitions:
         name, equals, value = definition.partition("=")
         if not (name and equals):
-            raise ref.UserError(f"-D {definition}: expected NAME=VALUE")
+            raise UserError(f"-D {definition}: expected NAME=VALUE")
         parameters[name] = value
     return parameters
 
@@ -70,7 +72,7 @@ def run(command: list[str]) -> int:
     try:
         return subprocess.run(command, check=False).returncode
     except OSError as error:
-        raise ref.UserError(f"cannot run {command[0]}: {error.strerror}") from error
+        raise UserError(f"cannot run {command[0]}: {error.strerror}") from error
 
 
 def compare(arguments: argparse.Namespace, folder: Path) -> int:
@@ -82,23 +84,23 @@ def compare(arguments: argparse.Namespace, folder: Path) -> int:
     ref.make_reference(ref.start_mitsuba(), arguments.scene, folder, command, arguments.spp, arguments.batches, parameters)
     image = folder / "etendue.exr"
     if run(render_command(program, arguments, ["-o", str(image)])) != 0:
-        raise ref.UserError(f"etendue could not render {arguments.scene}")
+        raise UserError(f"etendue could not render {arguments.scene}")
     verdict = run([str(program), "compare", str(image), str(folder)] + ["--json"] * arguments.json)
     if verdict not in (0, 1):
-        raise ref.UserError(f"etendue compare ended with exit code {verdict}")
+        raise UserError(f"etendue compare ended with exit code {verdict}")
     return verdict
+
+
+def work(arguments: argparse.Namespace) -> int:
+    if arguments.out:
+        return compare(arguments, arguments.out)
+    with tempfile.TemporaryDirectory(prefix="etendue-live-") as folder:
+        return compare(arguments, Path(folder))
 
 
 def main() -> int:
     arguments = parse_arguments()
-    try:
-        if arguments.out:
-            return compare(arguments, arguments.out)
-        with tempfile.TemporaryDirectory(prefix="etendue-live-") as folder:
-            return compare(arguments, Path(folder))
-    except ref.UserError as error:
-        print(f"compare_live.py: {error}", file=sys.stderr)
-        return 2
+    return exit_code(lambda: work(arguments))
 
 
 if __name__ == "__main__":

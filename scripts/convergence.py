@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import etendue
-from user_error import UserError
+from user_error import UserError, exit_code
 
 MITSUBA_RUN = Path(__file__).resolve().with_name("mitsuba_run.py")
 
@@ -62,19 +62,16 @@ def make_runs(study: Path, out: Path | None, only: str, threads: int | None) -> 
     return failed
 
 
+def work(arguments: argparse.Namespace) -> int:
+    failed = make_runs(arguments.study, arguments.out, arguments.only, arguments.threads)
+    found = etendue.Evaluation(True, "") if arguments.no_evaluate else etendue.evaluate(arguments.study, out=arguments.out)
+    print(found.text, end="")
+    return 2 if failed else 0 if found.holds else 1
+
+
 def main() -> int:
     arguments = parse_arguments()
-    try:
-        failed = make_runs(arguments.study, arguments.out, arguments.only, arguments.threads)
-        found = etendue.Evaluation(True, "") if arguments.no_evaluate else etendue.evaluate(arguments.study, out=arguments.out)
-        print(found.text, end="")
-    except UserError as error:
-        print(f"convergence.py: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print("convergence.py: interrupted; the same command goes on", file=sys.stderr)
-        return etendue.INTERRUPTED
-    return 2 if failed else 0 if found.holds else 1
+    return exit_code(lambda: work(arguments), "interrupted; run the same command to continue")
 
 
 if __name__ == "__main__":

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).resolve().parent.parent
 
 VERDICT_FAILED = 1
-INTERRUPTED = 130
 
 # The order in which the channels of a layer are stacked; other channels follow in alphabetical order.
 CHANNEL_ORDER = "RGBAXYZUV"

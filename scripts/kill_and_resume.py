@@ -7,7 +7,7 @@ then resumed to its end with another number of threads. All channels must be ide
 A render that ends before it can be killed does not count; the next one is killed earlier. So the script always reaches --times
 kills, however fast or busy the machine is.
 
-Exit codes: 0 all images are identical; 1 one of them differs; 2 bad input.
+Exit codes: 0 all images are identical; 1 an image differs; 2 bad input; 130 interrupted.
 """
 
 import argparse
@@ -23,7 +23,7 @@ import numpy as np
 import OpenEXR
 
 import etendue
-from user_error import UserError
+from user_error import UserError, exit_code
 
 Planes = dict[str, np.ndarray]
 
@@ -80,7 +80,7 @@ class Render:
     def kill(self, image: Path, chance: random.Random) -> bool:
         """Start the render and kill it at a random time; returns whether it was killed before its end."""
         process = self.start(image, chance.randint(1, 4))
-        time.sleep(chance.uniform(0.0, self.seconds))
+        self.wait(process, chance)
         process.kill()
         _, stderr = process.communicate()
         if process.returncode not in (0, -9):
@@ -88,6 +88,10 @@ class Render:
         if process.returncode == 0:
             self.seconds /= 2.0
         return process.returncode != 0
+
+    def wait(self, process: subprocess.Popen[str], chance: random.Random) -> None:
+        """Let a render run for a random time."""
+        time.sleep(chance.uniform(0.0, self.seconds))
 
     def round(self, kills: int, chance: random.Random) -> Planes:
         """The image of a render that was killed `kills` times, or fewer times if it ended before."""
@@ -106,8 +110,14 @@ class Render:
         return planes(image)
 
 
-def work(arguments: argparse.Namespace, folder: Path) -> int:
-    chance, render = random.Random(arguments.seed), Render(arguments, folder)
+def work(arguments: argparse.Namespace) -> int:
+    with tempfile.TemporaryDirectory() as folder:
+        return rounds_of(arguments, Render(arguments, Path(folder)))
+
+
+def rounds_of(arguments: argparse.Namespace, render: Render) -> int:
+    """Kill and resume `render` until it was killed --times times; returns the exit code."""
+    chance = random.Random(arguments.seed)
     whole, rounds, identical = render.whole(), 0, 0
     while render.killed < arguments.times:
         before = render.killed
@@ -125,12 +135,7 @@ def work(arguments: argparse.Namespace, folder: Path) -> int:
 
 def main() -> int:
     arguments = parse_arguments()
-    try:
-        with tempfile.TemporaryDirectory() as folder:
-            return work(arguments, Path(folder))
-    except UserError as error:
-        print(f"kill_and_resume.py: {error}", file=sys.stderr)
-        return 2
+    return exit_code(lambda: work(arguments))
 
 
 if __name__ == "__main__":

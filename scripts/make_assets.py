@@ -18,6 +18,7 @@ from ground import ground
 from meshes import Mesh, Vec3, kcply_bytes, obj_bytes, ply_bytes
 from snifter import cognac_surface, cognac_wall, snifter
 from teapot import closed_teapot, open_teapot
+from user_error import exit_code
 
 Rgb8 = tuple[int, int, int]
 
@@ -275,20 +276,20 @@ def assets() -> dict[str, bytes]:
     }
 
 
+def write(out: Path) -> int:
+    for name, content in assets().items():
+        path = out / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+        print(f"{path}: {len(content)} bytes")
+    return 0
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=ASSETS, metavar="FOLDER", help="folder of the files (default: assets/)")
-    out = parser.parse_args().out
-    try:
-        for name, content in assets().items():
-            path = out / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content)
-            print(f"{path}: {len(content)} bytes")
-    except OSError as error:
-        print(f"make_assets.py: {error}", file=sys.stderr)
-        return 2
-    return 0
+    arguments = parser.parse_args()
+    return exit_code(lambda: write(arguments.out))
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Render the scenes of assets/scenes/figures into reports/gallery, the pictures of the README.
 
-Exit codes: 0 all is well; 2 a picture could not be rendered.
+Exit codes: 0 all is well; 2 a picture could not be rendered; 130 interrupted.
 """
 
 import argparse
@@ -12,7 +12,7 @@ from fnmatch import fnmatch
 from pathlib import Path
 
 import etendue
-from user_error import UserError
+from user_error import exit_code
 
 FIGURES = etendue.ROOT / "assets" / "scenes" / "figures"
 GALLERY = etendue.ROOT / "reports" / "gallery"
@@ -63,17 +63,17 @@ def render(name: str, scene: Path, options: list[str], arguments: argparse.Names
         (GALLERY / f"{name}.png").write_bytes(image.with_suffix(".png").read_bytes())
 
 
+def work(arguments: argparse.Namespace) -> int:
+    for name, (scene, options) in pictures().items():
+        if fnmatch(name, arguments.only):
+            print(name, flush=True)
+            render(name, scene, options, arguments)
+    return 0
+
+
 def main() -> int:
     arguments = parse_arguments()
-    try:
-        for name, (scene, options) in pictures().items():
-            if fnmatch(name, arguments.only):
-                print(name, flush=True)
-                render(name, scene, options, arguments)
-    except (OSError, UserError) as error:
-        print(f"make_gallery.py: {error}", file=sys.stderr)
-        return 2
-    return 0
+    return exit_code(lambda: work(arguments))
 
 
 if __name__ == "__main__":

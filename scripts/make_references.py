@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Render the scenes of assets/scenes with Mitsuba into reference/, or check that the references there are up to date.
 
-Exit codes: 0 all is well; 1 (--check) a reference is stale or missing; 2 bad input.
+Exit codes: 0 all is well; 1 (--check) a reference is stale or missing; 2 bad input; 130 interrupted.
 """
 
 import argparse
@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import mitsuba_reference as ref
+from user_error import UserError, exit_code
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -35,7 +36,7 @@ def chosen_scenes(names: list[str]) -> dict[str, Path]:
     known = known_scenes()
     for name in names:
         if name not in known:
-            raise ref.UserError(f"no scene is called {name!r}; known: {', '.join(known)}")
+            raise UserError(f"no scene is called {name!r}; known: {', '.join(known)}")
     return {name: known[name] for name in names} if names else known
 
 
@@ -54,10 +55,10 @@ def check(scenes: dict[str, Path], references: Path, whole: bool) -> int:
     return 1 if faults else 0
 
 
-def render(scenes: dict[str, Path], references: Path, samples: int, batches: int) -> None:
-    """Render each scene and print its statistics on one line."""
+def render(scenes: dict[str, Path], references: Path, samples: int, batches: int) -> int:
+    """Render each scene and print its statistics on one line. Returns the exit code."""
     if samples < 1 or not 2 <= batches <= ref.MAX_BATCHES:
-        raise ref.UserError(f"--spp must be at least 1 and --batches within 2 .. {ref.MAX_BATCHES}")
+        raise UserError(f"--spp must be at least 1 and --batches within 2 .. {ref.MAX_BATCHES}")
     renderer = ref.start_mitsuba()
     for name, path in scenes.items():
         command = shlex.join(["python", "scripts/make_references.py", name, "--spp", str(samples), "--batches", str(batches)])
@@ -65,19 +66,19 @@ def render(scenes: dict[str, Path], references: Path, samples: int, batches: int
         worst = max(found["global_relative_se"])
         median, p95 = found["tile_relative_se_median"], found["tile_relative_se_p95"]
         print(f"{name:20} se of mean {worst:.5f}, of tiles: median {median:.5f}, p95 {p95:.5f}", flush=True)
+    return 0
+
+
+def work(arguments: argparse.Namespace) -> int:
+    scenes = chosen_scenes(arguments.scenes)
+    if arguments.check:
+        return check(scenes, arguments.out, whole=not arguments.scenes)
+    return render(scenes, arguments.out, arguments.spp, arguments.batches)
 
 
 def main() -> int:
     arguments = parse_arguments()
-    try:
-        scenes = chosen_scenes(arguments.scenes)
-        if arguments.check:
-            return check(scenes, arguments.out, whole=not arguments.scenes)
-        render(scenes, arguments.out, arguments.spp, arguments.batches)
-    except ref.UserError as error:
-        print(f"make_references.py: {error}", file=sys.stderr)
-        return 2
-    return 0
+    return exit_code(lambda: work(arguments))
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ The header contains the same texts as etendue's (spp, seed, integrator, sampler,
 - `etendue.stand_ins`        the stand-ins for the plugins that Mitsuba lacks
 
 Light tracing (`ptracer`) runs on all threads like the other integrators, so the last bits of its images vary between runs.
-Exit codes: 0 the image is written; 2 bad input.
+Exit codes: 0 the image is written; 2 bad input; 130 interrupted.
 """
 
 import argparse
@@ -27,7 +27,7 @@ import etendue
 import mitsuba_reference as ref
 from compare_live import parse_parameters
 from stand_ins import INTEGRATOR_PARAMETERS, Tree
-from user_error import UserError
+from user_error import UserError, exit_code
 
 # Seeds of Mitsuba are 32-bit.
 MAX_SEED = 2**32 - 1
@@ -186,16 +186,16 @@ def peak_bytes() -> int:
     return peak if sys.platform == "darwin" else 1024 * peak
 
 
+def work(arguments: argparse.Namespace) -> int:
+    params, defines = parse_parameters(arguments.param), parse_parameters(arguments.define)
+    given = arguments.scene, arguments.output, arguments.spp, arguments.seed, arguments.integrator, arguments.sampler
+    make(Run(*given, params, defines), arguments.variant, arguments.threads)
+    return 0
+
+
 def main() -> int:
     arguments = parse_arguments()
-    try:
-        params, defines = parse_parameters(arguments.param), parse_parameters(arguments.define)
-        given = arguments.scene, arguments.output, arguments.spp, arguments.seed, arguments.integrator, arguments.sampler
-        make(Run(*given, params, defines), arguments.variant, arguments.threads)
-    except UserError as error:
-        print(f"mitsuba_run.py: {error}", file=sys.stderr)
-        return 2
-    return 0
+    return exit_code(lambda: work(arguments))
 
 
 if __name__ == "__main__":

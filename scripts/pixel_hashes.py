@@ -22,7 +22,7 @@ from fnmatch import fnmatch
 from pathlib import Path
 
 import etendue
-from user_error import UserError
+from user_error import UserError, exit_code
 
 ASSETS = etendue.ROOT / "assets"
 # Folders of whole scenes; other folders hold parts of scenes.
@@ -80,10 +80,18 @@ def hashes_of_scene(scene: Path, image: Path) -> Hashes:
     return found
 
 
+def read_hashes(file: Path) -> dict[str, Hashes]:
+    """The hashes of each scene that `record` wrote."""
+    try:
+        return json.loads(file.read_text())
+    except ValueError as error:
+        raise UserError(f"{file}: not a file of hashes: {error}") from error
+
+
 def work(action: str, file: Path, only: str) -> int:
     """Render the scenes one after the other; write the file after each, or print what differs from it."""
     scenes, found, differences = all_scenes(), {}, 0
-    recorded: dict[str, Hashes] = json.loads(file.read_text()) if action == "check" else {}
+    recorded = read_hashes(file) if action == "check" else {}
     names = [name for name in {**recorded, **scenes} if fnmatch(name, only)]
     with tempfile.TemporaryDirectory(prefix="etendue-hashes-") as folder:
         for name in names:
@@ -100,16 +108,9 @@ def work(action: str, file: Path, only: str) -> int:
 
 def main() -> int:
     arguments = parse_arguments()
-    # Whoever ends the script also ends its render.
+    # SIGTERM must end the current render too.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        return work(arguments.action, arguments.file, arguments.only)
-    except (UserError, OSError, ValueError) as error:
-        print(f"pixel_hashes.py: {' '.join(str(error).split())}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print("pixel_hashes.py: interrupted", file=sys.stderr)
-        return etendue.INTERRUPTED
+    return exit_code(lambda: work(arguments.action, arguments.file, arguments.only))
 
 
 if __name__ == "__main__":

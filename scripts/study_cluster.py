@@ -29,7 +29,7 @@ from typing import Any
 import etendue
 import study_parts
 from study_parts import Part
-from user_error import UserError
+from user_error import UserError, exit_code
 
 try:
     import dask
@@ -244,7 +244,7 @@ def fault(future: distributed.Future, found: Any) -> str:
     if isinstance(error, distributed.scheduler.KilledWorker):
         return f"given up: {error.allowed_failures + 1} workers died while they rendered it"
     if isinstance(error, CancelledError):
-        return "lost with the connection to the scheduler; the same command goes on"
+        return "lost with the connection to the scheduler; run the same command to continue"
     return " ".join(str(error).split()) or future.status
 
 
@@ -275,14 +275,7 @@ def main() -> int:
     arguments = parse_arguments()
     # Batch systems end a job by SIGTERM.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        return work(arguments)
-    except UserError as error:
-        print(f"study_cluster.py: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print("study_cluster.py: interrupted; the same command goes on", file=sys.stderr)
-        return etendue.INTERRUPTED
+    return exit_code(lambda: work(arguments), "interrupted; run the same command to continue")
 
 
 if __name__ == "__main__":

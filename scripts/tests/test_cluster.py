@@ -160,7 +160,7 @@ def test_killed_and_interrupted_is_the_single_run(start: Start, tiny_study: Call
     wait_for(lambda: checkpoints(out), first)
     os.killpg(first.pid, signal.SIGINT)
     code, _, stderr = end(first)
-    assert (code, stderr) == (130, "study_cluster.py: interrupted; the same command goes on\n")
+    assert (code, stderr) == (130, "study_cluster.py: interrupted; run the same command to continue\n")
     assert len(etendue.plan(study, out=out)) == 2
 
     before = checkpoints(out)
