@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 import mitsuba_reference as ref
+from helpers import write_program
 from stand_in_scenes import HEAD, Load
 
 TINY = """<scene version="3.0.0">
@@ -81,13 +82,10 @@ def tiny_study(tiny: Path) -> Callable[..., Path]:
 @pytest.fixture
 def stub(tmp_path: Path) -> Path:
     """A stand-in for the etendue program: it logs its calls, renders an empty file, and compares with exit code $STUB_VERDICT."""
-    path = tmp_path / "etendue-stub"
-    path.write_text(
-        "#!/bin/sh\n"
-        'echo "$@" >> "$(dirname "$0")/calls"\n'
-        'if [ "$1" = render ]; then [ "$3" = --replay ] || : > "$4"; exit; fi\n'
-        '[ "$1" = compare ] && [ -f "$2" ] && [ -f "$3/tiles.npy" ] && exit "$STUB_VERDICT"\n'
-        "exit 2\n"
-    )
-    path.chmod(0o755)
-    return path
+    text = """
+echo "$@" >> "$(dirname "$0")/calls"
+if [ "$1" = render ]; then [ "$3" = --replay ] || : > "$4"; exit; fi
+[ "$1" = compare ] && [ -f "$2" ] && [ -f "$3/tiles.npy" ] && exit "$STUB_VERDICT"
+exit 2
+"""
+    return write_program(tmp_path / "etendue-stub", text)

@@ -6,7 +6,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -15,20 +14,18 @@ import pytest
 
 import etendue
 import study_parts
+from helpers import PATIENCE, SCRIPTS, Process, check_bad_input, end, gated_program, wait_for, write_program
 
-SCRIPT = str(etendue.ROOT / "scripts" / "study_cluster.py")
+SCRIPT = str(SCRIPTS / "study_cluster.py")
 # Far more samples per pixel than any machine can render: such a render ends only by a signal.
 ENDLESS = 2_000_000_000
-# Seconds after which a wait counts as failed. No test depends on it: whatever a test waits for happens sooner or later.
-PATIENCE = 600.0
 
-Process = subprocess.Popen[str]
 Start = Callable[..., Process]
 
 
 @pytest.fixture
 def start() -> Iterator[Start]:
-    """Starts the script in a process group of its own, as a terminal does. All that is left of the group ends with the test."""
+    """Starts the script in a process group of its own, as a terminal does. What is left of the group is killed after the test."""
     started: list[Process] = []
 
     def call(*arguments: str | Path, **environment: str) -> Process:
@@ -42,23 +39,6 @@ def start() -> Iterator[Start]:
     for process in started:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
-
-
-def end(process: Process) -> tuple[int, str, str]:
-    """Exit code, stdout and stderr of a process after its end."""
-    stdout, stderr = process.communicate(timeout=PATIENCE)
-    return process.returncode, stdout, stderr
-
-
-def wait_for(find: Callable[[], object], process: Process) -> object:
-    """The first result of `find` that is true; fails if the process ends before."""
-    until = time.monotonic() + PATIENCE
-    while time.monotonic() < until and process.poll() is None:
-        if found := find():
-            return found
-        time.sleep(0.02)
-    process.kill()
-    raise AssertionError(f"nothing was found; the process wrote {end(process)}")
 
 
 def words(process: psutil.Process) -> list[str]:
@@ -116,37 +96,6 @@ def channels(image: str | Path) -> dict[str, bytes]:
     return {name: plane.tobytes() for name, plane in etendue.read_image(image).planes().items()}
 
 
-def script(path: Path, text: str) -> Path:
-    """Write an executable shell script."""
-    path.parent.mkdir(exist_ok=True)
-    path.write_text(f"#!/bin/sh\n{text}\n")
-    path.chmod(0o755)
-    return path
-
-
-def gated_program(folder: Path) -> tuple[Path, Path]:
-    """A program that renders only while a gate is open, and the gate: a file that closes it while it exists.
-
-    While the gate is closed, a render takes one sample of each pixel, writes its checkpoint, and waits. When the gate opens, it
-    goes on from there.
-    """
-    gate = folder / "closed"
-    gate.touch()
-    text = f"""
-if [ "$1" = render ] && [ -e {gate} ]; then
-    {etendue.binary()} "$@" --time-limit 0s || exit
-    while [ -e {gate} ]; do sleep 0.1; done
-    for word; do
-        shift
-        [ "$word" = --checkpoint ] && word=--resume
-        set -- "$@" "$word"
-    done
-fi
-exec {etendue.binary()} "$@"
-"""
-    return script(folder / "gated", text), gate
-
-
 def one_seed(study: Path) -> Path:
     study.write_text(study.read_text().replace("seeds = 2", "seeds = 1"))
     return study
@@ -189,7 +138,9 @@ def test_a_script_that_is_ended_ends_its_renders_and_keeps_their_samples(
     start: Start, tiny_study: Callable[..., Path], tmp_path: Path
 ) -> None:
     study, out = one_seed(tiny_study(("plain", "etendue", [ENDLESS]))), tmp_path / "out"
-    process = start(study, "--out", out, "--workers", "2", "--shards", "2", "--checkpoint-every", "0s")
+    # The reference is left out, because its render ends by itself.
+    options = ["--only", "tiny.plain.*", "--workers", "2", "--shards", "2", "--checkpoint-every", "0s"]
+    process = start(study, "--out", out, *options)
     wait_for(lambda: len(checkpoints(out)) == 2, process)
     rendering = renders(process, etendue.binary())
     assert len(rendering) == 2
@@ -205,11 +156,12 @@ def test_a_script_that_is_ended_ends_its_renders_and_keeps_their_samples(
 def test_jobs_of_a_batch_system(start: Start, tiny_study: Callable[..., Path], tmp_path: Path) -> None:
     """A batch system that runs each job at once, without our modules on its path."""
     study, out, system = tiny_study(("plain", "etendue", [4, 10])), tmp_path / "out", tmp_path / "bin"
-    script(system / "sbatch", f'cp "$1" {tmp_path}/job; cd /; setsid bash {tmp_path}/job > {tmp_path}/log 2>&1 & echo job $!')
-    script(system / "scancel", "kill -TERM -- -$1")
+    job, log = tmp_path / "job", tmp_path / "log"
+    write_program(system / "sbatch", f'cp "$1" {job}; cd /; setsid bash {job} > {log} 2>&1 & echo job $!')
+    write_program(system / "scancel", "kill -TERM -- -$1")
     jobs = ["--jobqueue", "slurm", "--jobs", "1", "--cores", "1", "--shards", "3"]
     code, stdout, stderr = end(start(study, "--out", out, *jobs, PATH=f"{system}:{os.environ['PATH']}"))
-    assert (code, stderr) == (0, ""), (tmp_path / "log").read_text()
+    assert (code, stderr) == (0, ""), log.read_text()
     # The reference and four runs, in three parts each.
     assert stdout.count(": made in") == 15
     for image, expected in single_runs(study, out).items():
@@ -227,12 +179,12 @@ def test_jobs_of_a_batch_system(start: Start, tiny_study: Callable[..., Path], t
 def test_a_job_that_is_refused(
     start: Start, tiny_study: Callable[..., Path], tmp_path: Path, name: str, program: str, lines: list[str]
 ) -> None:
-    script(tmp_path / "bin" / program, f'cat "$@" > {tmp_path}/job; echo no such queue >&2; exit 1')
+    write_program(tmp_path / "bin" / program, f'cat "$@" > {tmp_path}/job; echo no such queue >&2; exit 1')
     options = ["--queue", "long", "--account", "us", "--cores", "3", "--memory", "2GB", "--walltime", "01:30", "--prologue", "hi"]
     study = tiny_study(("plain", "etendue", [4]))
     path = f"{tmp_path / 'bin'}:{os.environ['PATH']}"
     code, _, stderr = end(start(study, "--out", tmp_path / "out", "--jobqueue", name, *options, PATH=path))
-    assert code == 2 and stderr.startswith(f"study_cluster.py: {name}: refuses the job: ") and stderr.count("\n") == 1
+    check_bad_input("study_cluster.py", code, stderr, f"{name}: refuses the job: ")
     job = (tmp_path / "job").read_text().splitlines()
     assert [line for line in [*lines, "hi"] if line not in job] == []
     assert "--nthreads 1 --memory-limit 0" in job[-1]
@@ -244,7 +196,7 @@ def test_runs_that_cannot_be_split_are_rendered_whole_and_faults_are_named(
     """The program refuses all shards, and all runs of 6 samples; the other runs are rendered."""
     study, out, fake = tiny_study(("plain", "etendue", [4, 6])), tmp_path / "out", tmp_path / "etendue"
     refuse = "echo no such thing >&2; exit 2"
-    script(fake, f'case "$*" in *--shard*|*"--spp 6"*) {refuse};; esac; exec {etendue.binary()} "$@"')
+    write_program(fake, f'case "$*" in *--shard*|*"--spp 6"*) {refuse};; esac; exec {etendue.binary()} "$@"')
     code, stdout, stderr = end(start(study, "--out", out, "--workers", "2", "--shards", "2", ETENDUE=str(fake)))
     faults = sorted(stderr.splitlines())
     assert code == 2 and len(faults) == 2
@@ -271,8 +223,7 @@ def test_bad_input_is_one_line_and_exit_code_2(
     words = [str(study) if word == "study.toml" else word for word in arguments]
     given = {"ETENDUE": str(etendue.binary()), "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "1s", **environment}
     code, _, stderr = end(start(*words, "--out", tmp_path / "out", **given))
-    assert code == 2 and stderr.startswith("study_cluster.py: ") and stderr.count("\n") == 1
-    assert message in stderr
+    check_bad_input("study_cluster.py", code, stderr, message)
     assert not (tmp_path / "out").exists()
 
 
@@ -282,7 +233,7 @@ def test_a_render_does_not_outlive_its_worker() -> None:
         return
     assert study_parts.bound_to_us() == [shutil.which("setpriv"), "--pdeathsig", "TERM"]
     program = "import subprocess, sys; import study_parts; subprocess.run([*study_parts.bound_to_us(), 'sleep', 'infinity'])"
-    parent = subprocess.Popen([sys.executable, "-c", program], cwd=etendue.ROOT / "scripts")
+    parent = subprocess.Popen([sys.executable, "-c", program], cwd=SCRIPTS)
     child = wait_for(lambda: [c for c in psutil.Process(parent.pid).children() if words(c)[:1] == ["sleep"]], parent)[0]
     try:
         parent.kill()

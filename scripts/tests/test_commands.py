@@ -12,13 +12,12 @@ import pytest
 
 import compare_live
 import mitsuba_reference as ref
-
-SCRIPTS = ref.ROOT / "scripts"
+from helpers import SCRIPTS, check_bad_input, run_script
 
 
 def run(script: str, *arguments: str | Path, **environment: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, str(SCRIPTS / script), *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, env={"PATH": "/usr/bin:/bin", **environment})
+    """Run a script to its end with these environment variables alone."""
+    return run_script(script, *arguments, environment={"PATH": "/usr/bin:/bin", **environment})
 
 
 def test_a_reference_is_the_reduction_of_its_batches(tiny: Path, tmp_path: Path, renderer: ref.Renderer) -> None:
@@ -141,9 +140,7 @@ def test_check_finds_a_reference_without_a_scene(tmp_path: Path) -> None:
 )
 def test_bad_input_is_one_line_and_exit_code_2(script: str, arguments: list[str], message: str) -> None:
     found = run(script, *arguments)
-    assert found.returncode == 2
-    assert found.stderr.startswith(f"{script}: ") and found.stderr.count("\n") == 1
-    assert message in found.stderr
+    check_bad_input(script, found.returncode, found.stderr, message)
 
 
 @pytest.mark.parametrize("script", sorted(path.name for path in SCRIPTS.glob("*.py") if path.read_text().startswith("#!")))

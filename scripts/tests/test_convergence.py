@@ -1,7 +1,5 @@
 """Mitsuba's runs of a study: they use the same scene, appear in the same rows, and their times are those of the render."""
 
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -13,14 +11,8 @@ import convergence
 import etendue
 import mitsuba_reference as ref
 import mitsuba_run
+from helpers import check_bad_input, run_script
 from mitsuba_run import Run
-
-SCRIPTS = etendue.ROOT / "scripts"
-
-
-def run(script: str, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, str(SCRIPTS / script), *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 def test_mitsuba_appears_in_the_same_rows(tiny_study: Callable[..., Path], tmp_path: Path, renderer: ref.Renderer) -> None:
@@ -28,7 +20,7 @@ def test_mitsuba_appears_in_the_same_rows(tiny_study: Callable[..., Path], tmp_p
     etendue.run_study(study, out=out)
     planned = {run["output"]: run for run in etendue.plan(study, out=out)}
     start = time.perf_counter()
-    found = run("convergence.py", study, "--out", out)
+    found = run_script("convergence.py", study, "--out", out)
     elapsed = time.perf_counter() - start
     assert found.returncode == 0, found.stderr
     assert found.stdout.count(" core-s\n") == len(planned) == 2 and etendue.plan(study, out=out) == []
@@ -48,14 +40,14 @@ def test_mitsuba_appears_in_the_same_rows(tiny_study: Callable[..., Path], tmp_p
     # Both renderers estimate the reference without bias: their mean errors over 16 x 24 x 3 values are noise.
     assert (rows["bias"].abs() < 5.0 * rows["rmse"] / np.sqrt(1152)).all()
     assert 0.5 < rows.groupby("renderer")["rmse"].mean()["mitsuba"] / rows.groupby("renderer")["rmse"].mean()["etendue"] < 2.0
-    assert run("convergence.py", study, "--out", out).stdout.count(" core-s\n") == 0
+    assert run_script("convergence.py", study, "--out", out).stdout.count(" core-s\n") == 0
 
 
 def test_a_run_that_fails_is_reported_and_the_others_are_rendered(tiny_study: Callable[..., Path], tmp_path: Path) -> None:
     study, out = tiny_study(("good", "mitsuba", [2]), ("bad", "mitsuba", [2])), tmp_path / "out"
     before, bad = study.read_text().split('name = "bad"')
     study.write_text(before.replace("seeds = 2", "seeds = 1") + 'name = "bad"' + bad.replace('"path"', '"no-such"'))
-    found = run("convergence.py", study, "--out", out, "--no-evaluate")
+    found = run_script("convergence.py", study, "--out", out, "--no-evaluate")
     assert found.returncode == 2 and found.stderr.count("\n") == 1
     assert found.stderr.startswith("convergence.py: tiny.bad.2 seed ") and 'Plugin "no-such" not found' in found.stderr
     assert [path.parent.name for path in out.glob("runs/*/*.exr")] == ["tiny.good.2"]
@@ -71,10 +63,8 @@ def test_a_run_that_fails_is_reported_and_the_others_are_rendered(tiny_study: Ca
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_2(script: str, arguments: list[str], message: str) -> None:
-    found = run(script, *arguments)
-    assert found.returncode == 2
-    assert found.stderr.startswith(f"{script}: ") and found.stderr.count("\n") == 1
-    assert message in found.stderr
+    found = run_script(script, *arguments)
+    check_bad_input(script, found.returncode, found.stderr, message)
 
 
 def test_an_incomplete_plan_is_an_error() -> None:
@@ -84,7 +74,7 @@ def test_an_incomplete_plan_is_an_error() -> None:
 
 def test_a_crop_is_at_the_position_of_ours(tmp_path: Path) -> None:
     scene = ref.SCENES / "depth-crop.xml"
-    found = run("mitsuba_run.py", scene, "-o", tmp_path / "theirs.exr", "--spp", "4", "--threads", "1")
+    found = run_script("mitsuba_run.py", scene, "-o", tmp_path / "theirs.exr", "--spp", "4", "--threads", "1")
     assert found.returncode == 0, found.stderr
     etendue.render(scene, tmp_path / "ours.exr", spp=4)
     theirs, ours = (etendue.read_image(tmp_path / f"{name}.exr") for name in ("theirs", "ours"))
@@ -141,6 +131,6 @@ def test_the_time_is_that_of_a_warm_render(
 
 
 def test_a_sampler_that_changes_the_number_of_samples_is_refused(tiny: Path, tmp_path: Path) -> None:
-    found = run("mitsuba_run.py", tiny, "-o", tmp_path / "a.exr", "--spp", "10", "--sampler", "stratified")
+    found = run_script("mitsuba_run.py", tiny, "-o", tmp_path / "a.exr", "--spp", "10", "--sampler", "stratified")
     assert found.returncode == 2 and "stratified takes 16 samples per pixel instead of 10" in found.stderr
     assert not (tmp_path / "a.exr").exists()

@@ -1,7 +1,6 @@
 """The module etendue: images, renders, shards and tables of studies."""
 
 import os
-import stat
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import pandas as pd
 import pytest
 
 import etendue
+from helpers import write_program
 from user_error import UserError
 
 PLANES = {
@@ -132,13 +132,6 @@ def test_an_incomplete_line_is_left_out(tmp_path: Path) -> None:
         etendue.read_rows(tmp_path)
 
 
-def program(path: Path, text: str) -> Path:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(f"#!/bin/sh\n{text}\n")
-    path.chmod(path.stat().st_mode | stat.S_IEXEC)
-    return path
-
-
 def test_the_order_in_which_the_program_is_searched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ETENDUE", raising=False)
     monkeypatch.setattr(etendue, "ROOT", tmp_path)
@@ -146,7 +139,7 @@ def test_the_order_in_which_the_program_is_searched(tmp_path: Path, monkeypatch:
     with pytest.raises(UserError, match=r"no etendue program: build it with `cargo build --release` in "):
         etendue.binary()
     for path in (tmp_path / "bin" / "etendue", tmp_path / "target" / "release" / "etendue", tmp_path / "mine"):
-        program(path, "exit 0")
+        write_program(path, "exit 0")
         if path.name == "mine":
             monkeypatch.setenv("ETENDUE", str(path))
         assert etendue.binary() == path
@@ -170,7 +163,7 @@ def test_the_order_in_which_the_program_is_searched(tmp_path: Path, monkeypatch:
 def test_a_fault_of_the_program_has_its_message(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], text: str, message: str, code: int
 ) -> None:
-    monkeypatch.setenv("ETENDUE", str(program(tmp_path / "etendue", text)))
+    monkeypatch.setenv("ETENDUE", str(write_program(tmp_path / "etendue", text)))
     with pytest.raises(etendue.EtendueError) as caught:
         etendue.render("box.xml", "box.exr")
     assert str(caught.value).endswith(message) and caught.value.code == code
