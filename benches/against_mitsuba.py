@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Paths per core-second of etendue and of Mitsuba on the same scenes, and how busy etendue keeps the cores.
+"""Measure how many paths per core-second etendue and Mitsuba trace on the same scenes, and how busy they keep the cores.
 
-The renderers take turns on each scene, several times; the median counts. Core-seconds are the user CPU time of the render alone:
-the difference between a long and a short render leaves out the time to load the scene.
+The renderers take turns on each scene, several times, and the script reports medians. Core-seconds are the user CPU time of the
+render alone, without the time to load the scene. For etendue this is the difference between a long and a short render. For
+Mitsuba it is the second render in a process.
 """
 
 import argparse
@@ -70,7 +71,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="*", default=SCENES, help="names of scenes in benches/scenes (default: %(default)s)")
     parser.add_argument("--spp", type=int, default=64, help="samples per pixel (default: %(default)s)")
-    parser.add_argument("--repeats", type=int, default=3, help="renders of each scene (default: %(default)s)")
+    parser.add_argument("--repeats", type=int, default=3, help="renders of each scene by each renderer (default: %(default)s)")
     parser.add_argument("--threads", type=int, default=os.cpu_count(), help="number of threads (default: one per core)")
     parser.add_argument("--variants", nargs="*", default=["scalar_rgb"], help="variants of Mitsuba (default: %(default)s)")
     etendue.add_program_option(parser)

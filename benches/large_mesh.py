@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Seconds and peak memory to load a mesh of a million triangles, build its BVH and render 64 x 64 pixels once.
+"""Measure the time and the peak memory to load a mesh of a million triangles, build its BVH and render 64 x 64 pixels once.
 
-Measures etendue, and Mitsuba too if it is installed. Each render is a process of its own, measured from start to end; the best
-of several runs counts.
+The script measures etendue, and also Mitsuba if it is installed. Each render is a separate process, measured from start to end.
+The script reports the minimum over several runs.
 """
 
 import argparse
@@ -70,7 +70,7 @@ def write_waves(path: Path, side: int) -> int:
 
 
 def measure(command: list[str], repeats: int) -> tuple[float, float]:
-    """The least wall-clock seconds and the least peak megabytes of a process."""
+    """The minimum wall-clock seconds and the minimum peak megabytes over several runs of a command."""
     call = [sys.executable, "-c", MEASURED, *command]
     runs = [json.loads(subprocess.run(call, check=True, capture_output=True).stdout) for _ in range(repeats)]
     return min(run[0] for run in runs), min(run[1] for run in runs)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Light tracing and photon mapping of etendue, compared with Mitsuba in the same run, each on one thread.
+"""Compare etendue's light tracing and photon mapping with Mitsuba in the same run, each on one thread.
 
 The script measures three things:
 
@@ -14,7 +14,7 @@ with etendue's `ptracer`; its own error is printed and subtracted.
 
 Core-seconds are the user CPU time of the render alone, without the time to load the scene. For etendue this is the difference
 between a long and a short render. For Mitsuba it is the second render in a process, whose kernels are already compiled. The time
-of photons is the difference between a render with many photons and one with few. The median of several runs counts.
+of photons is the difference between a render with many photons and one with few. The script reports medians of several runs.
 """
 
 import argparse
@@ -43,7 +43,7 @@ SCENES = ["caustic-point", "cbox-glass"]
 FLOOR = "caustic-area"
 PIXELS = 256 * 256
 OUTPUT = Path(tempfile.gettempdir()) / "etendue-photons.exr"
-# Direct light is sampled, all other light is in the maps. The photon counts and radii give an error of about 1 %.
+# Direct light is sampled, and the maps hold all other light. The photon counts and radii give an error of about 1 %.
 MAPPED_SPP = 12
 MAPPED = {
     "indirect": "map",
@@ -171,7 +171,7 @@ def time_to_error(program: Path, mitsuba: Mitsuba, truth_spp: int, repeats: int)
     print(f"\n{FLOOR}: {floor.sum()} tiles of floor; relative error of the ground truth: {100 * own:.2f} %")
 
     def error(image: Image) -> float:
-        """The mean squared error relative to the squared mean, without the share of the ground truth."""
+        """The mean squared error relative to the squared mean, minus the squared error of the ground truth."""
         return float(((tiles(image)[floor] - truth) ** 2).mean() / truth.mean() ** 2) - own**2
 
     def ours(integrator: str, spp: int, **parameters: str) -> Callable[[int], tuple[float, float]]:

@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""Progressive photon mapping of etendue, compared with SmallVCM in the same run, each on one thread.
+"""Compare etendue's progressive photon mapping with SmallVCM in the same run, each on one thread.
 
 Both render the same scene (benches/scenes/smallvcm-1.xml) with one light path and one camera path per pixel and pass. etendue
-uses `sppm` twice: once with its defaults, except that photons also carry the direct light, as in SmallVCM; and once with the radii
-of SmallVCM too. SmallVCM uses `ppm`. SmallVCM (https://github.com/SmallVCM/SmallVCM) is built with
-`g++ -O3 -march=native -fopenmp src/smallvcm.cxx`; without it, etendue is measured alone.
+runs `sppm` twice, first with its default radii and then with SmallVCM's. In both runs photons also carry the direct light, as in
+SmallVCM. SmallVCM runs `ppm`. Build SmallVCM (https://github.com/SmallVCM/SmallVCM) by
+`g++ -O3 -march=native -fopenmp src/smallvcm.cxx`; without it, the script measures etendue alone.
 
-Core-seconds are user CPU time without loading and writing: the difference between a long render and one of a single pass. The
-renderers take turns, and the median of several such differences counts. Peak memory is that of a whole process, after few and
-after many passes: a progressive method needs no more memory with more passes. The mean radiance shows whether both renderers
-compute the same image, up to their bias and noise.
+Core-seconds are user CPU time without loading and writing: the time of a long render minus the time of a single pass. The
+renderers take turns, and the script reports medians of several runs. Peak memory is measured for a whole process, first with few
+passes and then with many: the memory of a progressive method does not grow with the passes. The mean radiance shows whether both
+renderers compute the same image, up to bias and noise.
 """
 
 import argparse
@@ -35,7 +35,7 @@ SCENE = HERE / "scenes" / "smallvcm-1.xml"
 PIXELS = 512 * 512
 OUTPUT = Path(tempfile.gettempdir()) / "etendue-sppm"
 DEFAULTS = {"photon_count": str(PIXELS), "direct": "map"}
-# SmallVCM's first radius is 0.003 times that of the bounding sphere of the room, a cube with edges of 2.56004 m.
+# SmallVCM's initial radius is 0.003 times the radius of the bounding sphere of the room, a cube with edges of 2.56004 m.
 RADII = {"radius_schedule": "per_pass", "alpha": "0.75", "initial_radius": str(0.003 * 2.56004 * 3**0.5 / 2)}
 
 
@@ -52,7 +52,7 @@ class Run(NamedTuple):
 
 def process(command: list[str], mean: Callable[[], float]) -> Run:
     """Run a command on one processor; `mean` reads the mean radiance of its image."""
-    # SmallVCM takes as many threads as it has processors.
+    # SmallVCM starts as many threads as it has processors.
     one = ["taskset", "--cpu-list", str(min(os.sched_getaffinity(0)))]
     child = subprocess.Popen([*one, *command], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
     stderr = child.stderr.read().decode()
@@ -76,7 +76,7 @@ def measure_etendue(program: Path, parameters: dict[str, str], passes: int, seed
 
 
 def measure_smallvcm(program: Path, passes: int, _seed: int) -> Run:
-    """The seed of SmallVCM is fixed."""
+    """Run SmallVCM, whose seed is fixed."""
     image = OUTPUT.with_suffix(".hdr")
     command = [program, "-s", 1, "-a", "ppm", "-i", passes, "-o", image]
 
