@@ -49,7 +49,7 @@ def parse_parameters(definitions: list[str]) -> dict[str, str]:
 
 
 def render_command(program: Path, arguments: argparse.Namespace, output: list[str]) -> list[str]:
-    """The call of `etendue render`; `output` are the words that say what to do with the result."""
+    """The call of `etendue render`; `output` are the options that select its output."""
     samples = arguments.test_spp or arguments.spp * arguments.batches
     command = [str(program), "render", str(arguments.scene), *output]
     command += [word for definition in arguments.parameters for word in ("-D", definition)]

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Render the runs of a study whose renderer is Mitsuba, and evaluate the study, to compare Mitsuba's error with etendue's.
 
-Each run is a separate process (mitsuba_run.py), and only one runs at a time: its time and memory are measured without others. The
-time is that of the render alone, after a warm-up; the header holds the time before it as `etendue.warm_up_seconds`. Existing
-runs are kept.
+Each run is a separate process (mitsuba_run.py). Only one process runs at a time, so that others do not disturb its time and
+memory. The time covers the render alone, after a warm-up; the header records the time before it as `etendue.warm_up_seconds`.
+Existing runs are kept.
 
 Exit codes: 0 all is well; 1 a prediction of the study does not hold; 2 bad input, or a run failed; 130 interrupted.
 """
@@ -23,7 +23,7 @@ MITSUBA_RUN = Path(__file__).resolve().with_name("mitsuba_run.py")
 def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("study", type=Path, metavar="STUDY.toml", help="a study file")
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="folder of the results (default: that of etendue study)")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="folder of the results (default: the folder of etendue study)")
     parser.add_argument("--only", default="*", metavar="GLOB", help="only cells whose names match (default: all)")
     parser.add_argument("--threads", type=int, metavar="N", help="number of threads of Mitsuba (default: one per core)")
     parser.add_argument("--no-evaluate", action="store_true", help="render the runs, and do not evaluate the study")
@@ -37,7 +37,7 @@ def command(run: dict[str, Any], threads: int | None) -> list[str]:
         options = {f"--{name}": run[name] for name in ("integrator", "sampler", "variant")} | {"--threads": threads}
         named = {"--param": run["params"], "-D": run["defines"]}
     except KeyError as error:
-        raise UserError(f"{run.get('cell')}: the plan has no {error} for it") from error
+        raise UserError(f"{run.get('cell')}: the plan lacks {error}") from error
     words += [word for name, value in options.items() if value for word in (name, str(value))]
     for option, values in named.items():
         words += [word for name, value in values.items() for word in (option, f"{name}={etendue.value_text(value)}")]

@@ -101,7 +101,7 @@ def _rank(channel: str) -> tuple[int, str]:
 
 
 def read_image(path: PathLike) -> Image:
-    """Read all layers and header texts of an OpenEXR file; of a multi-part file, those of the first part.
+    """Read all layers and header texts of an OpenEXR file; only the first part of a multi-part file is read.
 
     Raises UserError if the file is missing or is not an OpenEXR image.
     """
@@ -190,7 +190,7 @@ def binary(named: PathLike | None = None) -> Path:
 
 
 def add_program_option(parser: argparse.ArgumentParser) -> None:
-    """Give a script the option `--etendue`, whose value `binary` takes."""
+    """Add the option `--etendue` to a script; its value is the argument of `binary`."""
     parser.add_argument("--etendue", metavar="PROGRAM", help="the program (default: $ETENDUE, else target/release/etendue)")
 
 
@@ -293,8 +293,8 @@ def value_text(value: Any) -> str:
 def merge(shards: Sequence[PathLike], output: PathLike, *, checkpoint: PathLike | None = None, partial: bool = False) -> None:
     """Add the exact sums of the shards of one render and write the image `output`.
 
-    Its channels equal those of a single run, bit for bit. Raises EtendueError if the shards belong to different renders, overlap,
-    or (unless `partial`) do not hold all samples.
+    Its channels equal the channels of a single run, bit for bit. Raises EtendueError if the shards belong to different renders,
+    overlap, or (unless `partial`) do not hold all samples.
     """
     run(["merge", *shards, *_options({"-o": output, "--checkpoint": checkpoint}), *["--partial"] * partial])
 
@@ -312,10 +312,11 @@ class Evaluation(NamedTuple):
 def plan(study: PathLike, *, out: PathLike | None = None, every: bool = False) -> list[dict[str, Any]]:
     """The missing runs of a study (`every`: all runs), each as `etendue study --plan` prints it.
 
-    `out` is the folder of the results (default: that of `etendue study`). The keys of a run are cell, scene, method, renderer
-    ("etendue" or "mitsuba"), x, seed and output. A run of etendue also has `arguments`: the words after `etendue` that render it,
-    except `-o`. A run of Mitsuba has integrator, sampler, params, defines, variant and spp instead. Raises EtendueError for a bad
-    study.
+    `out` is the folder of the results (default: the folder of `etendue study`).
+
+    The keys of a run are cell, scene, method, renderer ("etendue" or "mitsuba"), x, seed and output. A run of etendue also has
+    `arguments`: the words after `etendue` that render it, except `-o`. A run of Mitsuba has integrator, sampler, params, defines,
+    variant and spp instead. Raises EtendueError for a bad study.
     """
     _, text = run(["study", study, "--plan", *_options({"--out": out}), *["--all"] * every])
     try:

@@ -33,7 +33,7 @@ def ground(seed: int, quads: int) -> Mesh:
 
 
 def _spread(s: float) -> float:
-    """Map [-1, 1] to the side of the square; the slope at the ends is 18 times that in the middle."""
+    """Map [-1, 1] to the side of the square; the slope at the ends is 18 times the slope in the middle."""
     return HALF_SIZE * s * (0.15 + 0.85 * s * s)
 
 

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Kill a render again and again, resume it each time, and compare the image with that of an uninterrupted render.
+"""Kill a render repeatedly, resume it each time, and compare its image with the image of an uninterrupted render.
 
-In each round the render starts from nothing. It is killed (SIGKILL) at a random time and resumed, as often as --kills says, and
-then resumed to its end with another number of threads. All channels must be identical to the last bit.
+Each round starts a render without a checkpoint. The script kills it (SIGKILL) at a random time and resumes it, --kills times, and
+then resumes it to its end. Each start has a random number of threads. All channels must be identical to the last bit.
 
-A render that ends before it can be killed does not count; the next one is killed earlier. So the script always reaches --times
-kills, however fast or busy the machine is.
+A render that ends before it is killed does not count, and the next one is killed earlier. The script therefore reaches --times
+kills on fast and on busy machines.
 
 Exit codes: 0 all images are identical; 1 an image differs; 2 bad input; 130 interrupted.
 """
@@ -53,7 +53,7 @@ def are_equal(one: Planes, other: Planes) -> bool:
 
 
 class Render:
-    """One render with fixed options, its checkpoint, and how often it was killed so far."""
+    """One render with fixed options, its checkpoint, and the number of its kills so far."""
 
     def __init__(self, arguments: argparse.Namespace, folder: Path) -> None:
         self.command = [str(etendue.binary(arguments.etendue)), "render", "--quiet", str(arguments.scene.resolve())]

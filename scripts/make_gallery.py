@@ -17,7 +17,7 @@ from user_error import exit_code
 FIGURES = etendue.ROOT / "assets" / "scenes" / "figures"
 GALLERY = etendue.ROOT / "reports" / "gallery"
 
-# Options of `etendue render`, by scene and by the suffix that a picture's name has after that of its scene.
+# Options of `etendue render`, by scene and by suffix. A picture is named after its scene, plus the suffix.
 PHOTONS = ["--integrator", "photonmapper"]
 MAP = ["--param", "raw_estimate=true", "--param", "kernel=constant", "--param", "lookup_size=20", "--layer", "raw"]
 SMALL_LAMP = ["-D", "lamp=0.12", "-D", "radiance=115, 101, 82", "--param", "caustic_photons=4000000"]

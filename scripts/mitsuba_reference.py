@@ -106,7 +106,7 @@ def llvm_version(path: Path) -> tuple[int, ...]:
 
 
 def find_llvm() -> Path | None:
-    """The newest libLLVM of the system, else that of a Rust toolchain: on Linux, each toolchain of rustup contains one."""
+    """The newest libLLVM of the system, else of the Rust toolchains: on Linux, each toolchain of rustup contains one."""
     rustup = Path(os.environ.get("RUSTUP_HOME") or Path.home() / ".rustup")
     return newest_llvm(LLVM_FOLDERS) or newest_llvm([f"{rustup}/toolchains/*/lib"])
 
@@ -123,7 +123,7 @@ def newest_llvm(folders: Sequence[str]) -> Path | None:
 
 
 def full_llvm_version(path: Path) -> str:
-    """The version that the library reports, or that in its file name if the library is too old to report one."""
+    """The version that the library reports, or the version in its file name if the library is too old to report one."""
     library = ctypes.CDLL(str(path))
     parts = [ctypes.c_uint(), ctypes.c_uint(), ctypes.c_uint()]
     try:
@@ -186,7 +186,7 @@ def all_scenes() -> list[Path]:
 
 
 def scene_elements(scene: Path, params: Params | None = None) -> Iterator[Element]:
-    """The elements of a scene in document order; those of an included file follow its <include>."""
+    """The elements of a scene in document order; the elements of an included file follow its <include>."""
     return _file_elements(scene, dict(params or {}), scene.parent, "", 0)
 
 
@@ -217,7 +217,7 @@ def _node_elements(
 
 
 def include_path(include: Element, root: Path) -> Path:
-    """The path of an included file: Mitsuba searches the folder of the including file, then that of the scene."""
+    """The path of an included file: Mitsuba searches the folder of the including file, then the folder of the scene."""
     name = include.attributes.get("filename", "")
     return include.folder / name if (include.folder / name).exists() else root / name
 
@@ -402,13 +402,13 @@ def _repeatable(renderer: Renderer, loaded: Any) -> Iterator[None]:
 
 def _render(renderer: Renderer, loaded: Any, samples: int, seed: int) -> NDArray[np.float32]:
     with _repeatable(renderer, loaded):
-        # The channels of aov and moment follow those of the colour.
+        # The channels of aov and moment follow the colour channels.
         image = np.array(renderer.mi.render(loaded, spp=samples, seed=seed), dtype=np.float32)[..., :3]
     height, width, channels = image.shape
     if channels != 3:
-        raise UserError("the film has no three colour channels: pixel_format must be rgb")
+        raise UserError("the film does not have three colour channels; set pixel_format to rgb")
     if height % TILE or width % TILE:
-        raise UserError(f"the image is {width} x {height}: both must be multiples of {TILE}")
+        raise UserError(f"the image is {width} x {height}, but width and height must be multiples of {TILE}")
     return image
 
 

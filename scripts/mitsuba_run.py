@@ -65,7 +65,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("-o", dest="output", type=Path, required=True, metavar="OUT.exr", help="the image to write")
     parser.add_argument("--spp", type=int, required=True, metavar="N", help="samples per pixel")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed (default: %(default)s)")
-    parser.add_argument("--integrator", metavar="NAME", help="replace the scene's integrator, keeping max_depth and the like")
+    parser.add_argument("--integrator", metavar="NAME", help="replace the scene's integrator; path limits and hide_emitters stay")
     parser.add_argument("--sampler", default="independent", metavar="NAME", help="sampler of the render (default: %(default)s)")
     parser.add_argument("--param", action="append", default=[], metavar="NAME=VALUE", help="set a parameter of the integrator")
     parser.add_argument("-D", dest="define", action="append", default=[], metavar="NAME=VALUE", help="set a scene parameter")
@@ -75,7 +75,7 @@ def parse_arguments() -> argparse.Namespace:
 
 
 def typed(text: str) -> bool | int | float | str:
-    """The value of a parameter as a boolean, an integer, a float or a text, whichever its text is."""
+    """The value of a parameter: a boolean, an integer or a float if its text is one, else the text."""
     if text in ("true", "false"):
         return text == "true"
     for kind in (int, float):
@@ -136,7 +136,7 @@ def render(renderer: ref.Renderer, loaded: Any, spp: int, seed: int, since: floa
         warm_up = time.perf_counter() - since
         pixels, _, seconds, core_seconds = once(spp)
     if pixels.ndim != 3 or pixels.shape[2] != 3:
-        raise UserError("the film has no three colour channels: pixel_format must be rgb")
+        raise UserError("the film does not have three colour channels; set pixel_format to rgb")
     return Measured(pixels, seconds, core_seconds, warm_up)
 
 

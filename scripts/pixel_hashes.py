@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Record a hash of the pixels of every scene by every integrator, or check that the pixels are still the recorded ones.
+"""Record a hash of the pixels of every scene by every integrator, or check the pixels against recorded hashes.
 
 For developers who change code but must not change images:
 
     python scripts/pixel_hashes.py record before.json    # with the old program
     python scripts/pixel_hashes.py check before.json     # with the new program
 
-A hash covers the data window and the names, types and pixels of all channels. It leaves out the rest of the header, which holds
-times. A combination of scene and integrator that the program refuses is recorded as "refused".
+A hash covers the data window and the names, types and pixels of all channels. It leaves out the rest of the header, which
+contains times. A combination of scene and integrator that the program refuses is recorded as "refused".
 
 Exit codes: 0 all is well; 1 (check) something differs; 2 bad input, or a render failed; 130 interrupted.
 """

@@ -13,9 +13,10 @@ SECTORS = 80
 
 FOOT, EDGE = 0.77, 0.05
 STEM, STEM_LOW, STEM_HIGH = 0.085, 0.30, 0.42
-# The inner wall of the bowl is a part of an ellipsoid of revolution; the outer wall is a part of one larger by THICKNESS.
+# The inner wall of the bowl is a part of an ellipsoid of revolution. The outer wall is a part of a second one, which is larger by
+# THICKNESS.
 CENTRE, ACROSS, UPRIGHT, THICKNESS = 1.45, 0.85, 0.9, 0.05
-# Angles above the widest circle of the bowl: of the end of the stem, of the surface of the liquid, and of the rim.
+# The angles of the end of the stem, the surface of the liquid, and the rim above the widest circle of the bowl.
 BOTTOM, LEVEL, RIM = (math.radians(degrees) for degrees in (-65.0, -22.0, 52.0))
 
 Vec2 = tuple[float, float]
@@ -129,5 +130,5 @@ def _ring(mesh: Mesh, point: Point) -> list[int]:
 
 
 def _vector(x: float, y: float, z: float) -> Vec3:
-    """Round to seven decimals, to which all platforms agree on cosines; zero has no minus sign."""
+    """Round to seven decimals, so that all platforms give the same cosines; zero has no minus sign."""
     return (round(x, 7) + 0.0, round(y, 7) + 0.0, round(z, 7) + 0.0)

@@ -51,7 +51,7 @@ def contains(solid: Primitive | Operation, p: Any, primitive: Primitive, inside:
 def bounds(solid: Primitive | Operation, p: Any, primitive: Primitive) -> Any:
     """Whether a point on the surface of `primitive` is on the surface of the solid.
 
-    It is if its membership in the solid depends on its membership in `primitive`.
+    This is the case if its membership in the solid depends on its membership in `primitive`.
     """
     return contains(solid, p, primitive, True) ^ contains(solid, p, primitive, False)
 

@@ -1,6 +1,7 @@
 """Stand-ins for etendue's plugins that Mitsuba lacks. They replace these plugins in the nodes of a parsed scene.
 
-- `plane` becomes a square, `triangle` and `kcply` become meshes; `cone`, `paraboloid`, `hyperboloid` and `quadric` fine meshes
+- `plane` becomes a square. `triangle` and `kcply` become meshes. `cone`, `paraboloid`, `hyperboloid` and `quadric` become fine
+  meshes
 - `ellipsoid`, an ellipsoidal `quadric`, and a `sphere` or `cylinder` with unequal scales become instances of unit shapes. They
   are exact, except that Mitsuba intersects them in single precision: from a distance of d radii, the error is at most 3e-7 d^2
   radii. Those with an emitter become fine meshes, because Mitsuba cannot instance emitters
@@ -10,9 +11,8 @@
   the medium from the last interface, so two cases are not supported: an absorbing medium around glass, and a camera in a medium
 - `allow_open` is removed: in Mitsuba, glass may be open
 - `normals` becomes an emitter; `phong`, `metal` and `schlick` are BSDFs of mitsuba_bsdfs
-- `photonmapper` becomes `path`, an unbiased estimator of what photon maps estimate with a bias. `path` misses the caustics of
-  `point`, `spot` and `directional` lights. For those, `ptracer` can be the stand-in: it finds all light, except what the camera
-  sees in mirrors and through glass, which is black
+- `photonmapper` becomes `path`, an unbiased estimator of the same image. `path` misses the caustics of `point`, `spot` and
+  `directional` lights. For these lights, `ptracer` can be the stand-in: it finds their caustics, but mirrors and glass look black
 """
 
 from collections.abc import Callable, Iterator
@@ -350,9 +350,9 @@ class StandIns:
         return primitive
 
     def solid(self, node: int) -> tuple[Test, Array, list[tuple[float, float, bool]], tuple[Quadric, Array, Array] | None]:
-        """The membership test and the frame of an operand, and what closes it.
+        """The membership test and the frame of an operand, and the surfaces that close it.
 
-        Caps are (z, radius, whether +z is outside). A quadric has a box instead, with its two corners.
+        Caps are (z, radius, whether +z is outside). A quadric has a box instead, given by two corners.
         """
         tree, plugin = self.tree, self.tree.plugin(node)
         simple = {
@@ -370,7 +370,7 @@ class StandIns:
             inside, boxed = solids.in_quadric(shape), solids.in_box(low, high)
             return lambda x, y, z: inside(x, y, z) & boxed(x, y, z), tree.take_matrix(node), [], (shape, low, high)
         if plugin not in ("cone", "paraboloid", "hyperboloid"):
-            raise tree.error(node, "no stand-in for it as an operand of csg")
+            raise tree.error(node, "has no stand-in as an operand of csg")
         parameters = self.parameters(node)
         matrix = tree.take_matrix(node)
         if plugin == "cone":

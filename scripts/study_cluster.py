@@ -3,8 +3,8 @@
 
 By default the workers are processes of this machine. `--scheduler` uses the workers of a running Dask scheduler; `--jobqueue`
 starts workers as jobs of a batch system. The workers and this command share a file system, in which the study, its scenes, the
-program and the results have the same absolute paths. `--shards N` splits each run into N tasks; their merged image equals that
-of a single run, bit for bit.
+program and the results have the same absolute paths. `--shards N` splits each run into N tasks; their merged image equals the
+image of a single run, bit for bit.
 
 When a worker dies, only the time since the last checkpoint of its part is lost, and the image is the same. An interrupted study
 continues when the same command is run again. See CLUSTER.md.
@@ -47,10 +47,10 @@ QUEUES = {"slurm": ("sbatch", "SLURMCluster"), "pbs": ("qsub", "PBSCluster"), "l
 def parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("study", type=Path, metavar="STUDY.toml", help="a study file")
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="folder of the results (default: that of etendue study)")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="folder of the results (default: the folder of etendue study)")
     parser.add_argument("--only", default="*", metavar="GLOB", help="only cells whose names match (default: all)")
     parser.add_argument("--shards", type=positive, default=1, metavar="N", help="number of tasks per run (default: 1)")
-    parser.add_argument("--threads", type=positive, metavar="N", help="threads of each task (default: those of its worker)")
+    parser.add_argument("--threads", type=positive, metavar="N", help="threads of each task (default: the threads of its worker)")
     parser.add_argument(
         "--checkpoint-every", "--every", default="30s", metavar="TIME", help="time between checkpoints (default: %(default)s)"
     )
@@ -126,7 +126,7 @@ def batch_cluster(arguments: argparse.Namespace) -> Any:
 
     program, kind = QUEUES[arguments.jobqueue]
     if shutil.which(program) is None:
-        raise UserError(f"{arguments.jobqueue}: {program} was not found; run this script where jobs are submitted")
+        raise UserError(f"{arguments.jobqueue}: {program} was not found; run this script on a machine that submits jobs")
     options = {
         "queue": arguments.queue,
         "account": arguments.account,
@@ -150,7 +150,7 @@ def batch_cluster(arguments: argparse.Namespace) -> Any:
     # If the batch system refuses the first job, it would refuse every replacement too.
     if error := submitted.get():
         cluster.close()
-        raise UserError(f"{arguments.jobqueue}: refuses the job: {' '.join(str(error).split())}")
+        raise UserError(f"{arguments.jobqueue}: the job was refused: {' '.join(str(error).split())}")
     return cluster
 
 
@@ -171,7 +171,7 @@ def reporting(base: type, submitted: queue.Queue[Exception | None]) -> type:
 
 
 def threads(arguments: argparse.Namespace) -> int:
-    """Threads of a task: those of its job, an equal share of this machine, or 1 for the workers of another scheduler."""
+    """The threads of a task: the cores of its job, an equal share of this machine, or 1 for workers of another scheduler."""
     if arguments.threads or arguments.scheduler:
         return arguments.threads or 1
     return arguments.cores if arguments.jobqueue else max(1, cores() // workers(arguments))
@@ -242,7 +242,7 @@ def fault(future: distributed.Future, found: Any) -> str:
     """The reason why a future has no result, in one line."""
     error = found[1] if isinstance(found, tuple) else found
     if isinstance(error, distributed.scheduler.KilledWorker):
-        return f"given up: {error.allowed_failures + 1} workers died while they rendered it"
+        return f"given up after {error.allowed_failures + 1} workers died while rendering it"
     if isinstance(error, CancelledError):
         return "lost with the connection to the scheduler; run the same command to continue"
     return " ".join(str(error).split()) or future.status

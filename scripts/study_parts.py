@@ -121,8 +121,8 @@ def hash_of_scene(scene: Path, arguments: Sequence[str]) -> str:
 def make(part: Part) -> Outcome:
     """Render one part, from its checkpoint if there is one.
 
-    If the program refuses the part (exit code 2), it would refuse it again: the outcome says so. Every other fault is raised, so
-    that Dask retries the part.
+    If the program refuses the part (exit code 2), a retry would fail too, so the outcome reports the reason. Every other fault is
+    raised, so that Dask retries the part.
     """
     begun, worker = time.perf_counter(), f"{socket.gethostname()}:{os.getpid()}"
     if part.is_done():

@@ -102,7 +102,7 @@ def plane() -> Surface:
 def revolved(radius: Array, z: Array, radial: Array, axial: Array, v: Array) -> Surface:
     """Revolve a profile of ascending z around the z axis; uv = (azimuth / 2 pi, v), normal = (radial, axial).
 
-    On the axis, each column of triangles has its own vertex, whose normal is that of the middle of the column.
+    On the axis, each column of triangles has its own vertex, with the normal at the middle of the column.
     """
     on_axis = radius == 0.0
     turns = (np.arange(COLUMNS + 1) + np.where(on_axis, 0.5, 0.0)[:, None]) / COLUMNS

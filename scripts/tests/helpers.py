@@ -68,8 +68,8 @@ def write_program(path: Path, text: str) -> Path:
 def gated_program(folder: Path) -> tuple[Path, Path]:
     """A program that renders only while a gate is open, and the gate: a file that closes it while it exists.
 
-    While the gate is closed, a render takes one sample of each pixel, writes its checkpoint, and waits. When the gate opens, it
-    goes on from there.
+    While the gate is closed, a render takes one sample of each pixel, writes its checkpoint, and waits. When the gate opens, the
+    render continues from its checkpoint.
     """
     gate = folder / "closed"
     gate.touch()

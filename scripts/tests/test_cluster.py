@@ -1,4 +1,4 @@
-"""Studies on workers that die, are interrupted, or are jobs of a batch system. Each image equals that of a single run exactly."""
+"""Studies on workers that die, are interrupted, or are jobs of a batch system. Each image equals the image of a single run."""
 
 import contextlib
 import os
@@ -184,7 +184,7 @@ def test_a_job_that_is_refused(
     study = tiny_study(("plain", "etendue", [4]))
     path = f"{tmp_path / 'bin'}:{os.environ['PATH']}"
     code, _, stderr = end(start(study, "--out", tmp_path / "out", "--jobqueue", name, *options, PATH=path))
-    check_bad_input("study_cluster.py", code, stderr, f"{name}: refuses the job: ")
+    check_bad_input("study_cluster.py", code, stderr, f"{name}: the job was refused: ")
     job = (tmp_path / "job").read_text().splitlines()
     assert [line for line in [*lines, "hi"] if line not in job] == []
     assert "--nthreads 1 --memory-limit 0" in job[-1]

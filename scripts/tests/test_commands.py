@@ -97,7 +97,7 @@ def test_parameters_reach_mitsuba(tiny: Path, renderer: ref.Renderer) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('value="24"', 'value="20"', "20 x 16: both must be multiples of 8"),
+        ('value="24"', 'value="20"', "20 x 16, but width and height must be multiples of 8"),
         ('type="sphere"', 'type="spher"', 'Plugin "spher" not found'),
         ('type="sphere">', 'type="sphere"><float name="radiu" value="2"/>', r'Found 1 unreferenced .* - float "radiu": 2'),
         ("</scene>", "", "not well-formed"),

@@ -1,4 +1,4 @@
-"""Mitsuba's runs of a study: they use the same scene, appear in the same rows, and their times are those of the render."""
+"""Mitsuba's runs of a study: they use the same scene, appear in the same rows, and their times cover the render alone."""
 
 import time
 from collections.abc import Callable
@@ -31,7 +31,7 @@ def test_mitsuba_appears_in_the_same_rows(tiny_study: Callable[..., Path], tmp_p
             assert theirs[f"etendue.{name}"] == ours[f"etendue.{name}"], name
         assert theirs["etendue.seed"] == str(plan["seed"])
         assert theirs["etendue.renderer"] == f"mitsuba {renderer.mi.__version__} {renderer.variant}"
-        # Times are rounded to milliseconds, so that of a tiny image may be 0.
+        # Times are rounded to milliseconds, so the time of a tiny image may be 0.
         assert 0.0 <= float(theirs["etendue.seconds"]) <= elapsed
         assert 0.0 <= float(theirs["etendue.warm_up_seconds"]) <= elapsed
         assert int(theirs["etendue.peak_bytes"]) > 0
@@ -68,7 +68,7 @@ def test_bad_input_is_one_line_and_exit_code_2(script: str, arguments: list[str]
 
 
 def test_an_incomplete_plan_is_an_error() -> None:
-    with pytest.raises(etendue.UserError, match=r"a\.2: the plan has no 'spp' for it"):
+    with pytest.raises(etendue.UserError, match=r"a\.2: the plan lacks 'spp'"):
         convergence.command({"cell": "a.2", "scene": "a.xml", "output": "a.exr"}, None)
 
 

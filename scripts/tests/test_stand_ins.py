@@ -133,7 +133,7 @@ def test_scenes_without_our_plugins_are_unchanged(renderer: ref.Renderer, scene:
         (csg_xml("xor", sphere_xml(*A)), "unknown operation 'xor'"),
         (csg_xml("union"), "csg: may contain only shapes"),
         (csg_xml("union", sphere_xml(*A), '<float name="radius" value="1"/>'), "csg: may contain only shapes"),
-        (csg_xml("union", '<shape type="disk"/>'), "disk: no stand-in for it as an operand"),
+        (csg_xml("union", '<shape type="disk"/>'), "disk: has no stand-in as an operand"),
         (csg_xml("union", sphere_xml(*A, '<emitter type="area"/>')), "an operand with an emitter"),
         (csg_xml("union", sphere_xml(*A)) + '<integrator type="depth"/>', "depth: does not support the masks and media"),
         ('<shape type="sphere"><bsdf type="twosided"><bsdf type="normals"/></bsdf></shape>', "normals inside another bsdf"),

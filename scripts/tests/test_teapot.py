@@ -300,7 +300,7 @@ def columns(corners: Array, rays: Array) -> list[Array]:
 def test_closed_volume_is_that_of_the_union_of_the_parts(closed: Solid) -> None:
     """Compared with an estimate from 4096 vertical lines, two at random positions in each of 64 x 32 cells.
 
-    The estimate uses the length of each line inside any part. The parts are those of the open teapot, closed by cones over their
+    The estimate uses the length of each line inside any part. The parts of the open teapot are closed by cones over their
     open edges. The simplification may move the surface, whose area is less than 60, by `TOLERANCE`. The extension of the handle
     changes the volume by less than that.
     """
