@@ -69,7 +69,7 @@ vary = { name = "spp", values = %s }
 
 @pytest.fixture
 def tiny_study(tiny: Path) -> Callable[..., Path]:
-    """Writes a study of the tiny scene; each method is a name, a renderer and its numbers of samples."""
+    """Writes a study of the tiny scene; each method is a name, a renderer and its sample counts."""
 
     def write(*methods: tuple[str, str, list[int]]) -> Path:
         path = tiny.with_name("study.toml")

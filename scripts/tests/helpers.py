@@ -14,7 +14,7 @@ import etendue
 import mitsuba_reference as ref
 
 SCRIPTS = etendue.ROOT / "scripts"
-# Seconds after which a wait counts as failed. No test depends on it: whatever a test waits for happens sooner or later.
+# The seconds after which a wait fails, so that a broken test ends. A correct test never reaches them.
 PATIENCE = 600.0
 
 Process = subprocess.Popen[str]
@@ -41,7 +41,7 @@ def end(process: Process) -> tuple[int, str, str]:
 
 
 def wait_for(find: Callable[[], object], process: Process) -> object:
-    """The first result of `find` that is true; fails if the process ends before."""
+    """The first result of `find` that is true; fails if the process ends first."""
     until = time.monotonic() + PATIENCE
     while time.monotonic() < until and process.poll() is None:
         if found := find():

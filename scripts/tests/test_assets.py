@@ -71,7 +71,10 @@ def test_meshes_of_glass_are_closed(mesh: Mesh) -> None:
 
 
 def test_the_cognac_has_the_volume_of_its_part_of_the_ellipsoid() -> None:
-    """The closed form between two heights, times the area of a polygon of n sides in its circle: sin(2 pi / n) / (2 pi / n)."""
+    """The closed form of the volume between two heights, times the area of a polygon relative to its circle.
+
+    For n sides the ratio is sin(2 pi / n) / (2 pi / n).
+    """
     high = math.sin(snifter.LEVEL)
     exact = math.pi * snifter.ACROSS**2 * snifter.UPRIGHT * ((high - high**3 / 3.0) + 2.0 / 3.0)
     step = 2.0 * math.pi / snifter.SECTORS
@@ -130,7 +133,7 @@ def test_normals_are_unit_and_agree_with_the_faces(mesh: Mesh) -> None:
 
 
 def test_pebble_normals_are_those_of_its_surface() -> None:
-    """Compared with a central difference of the implicit function |p| - r(p / |p|)."""
+    """Compare them with a central difference of the implicit function |p| - r(p / |p|)."""
 
     def implicit(p: np.ndarray) -> float:
         length = float(np.linalg.norm(p))

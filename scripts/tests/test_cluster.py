@@ -56,7 +56,7 @@ def renders(process: Process, program: Path) -> list[psutil.Process]:
 
 
 def checkpoints(out: Path) -> dict[Path, int]:
-    """The checkpoints of unfinished parts, and when each was last written; without the drafts that are renamed to them."""
+    """The checkpoints of unfinished parts with their times of modification, without temporary files."""
     found = {}
     for path in out.glob("parts/*/*/*-of-[0-9].partial"):
         try:
@@ -83,7 +83,7 @@ def kill_a_worker(process: Process, program: Path, before: dict[Path, int]) -> t
 
 
 def single_runs(study: Path, out: Path) -> dict[str, dict[str, bytes]]:
-    """The channels of each run of a study, rendered by one process; by the path of the image that the script writes."""
+    """The channels of each run of a study, rendered by one process, by the path of the image that the script writes."""
     found = {}
     for run in etendue.plan(study, out=out, every=True):
         image = study.with_name("single.exr")
@@ -118,7 +118,7 @@ def test_killed_and_interrupted_is_the_single_run(start: Start, tiny_study: Call
     gate.unlink()
     code, stdout, stderr = end(second)
     assert (code, stderr) == (0, "")
-    # Another worker, whose process id is at the end of the line, continued from the checkpoint of the dead one.
+    # The line ends with the process id of the worker: another worker continued from the checkpoint of the dead one.
     line = next(line for line in stdout.splitlines() if line.startswith(part))
     assert ": continued in" in line and not line.endswith(f":{dead}")
 

@@ -61,7 +61,7 @@ def test_batches_differ_and_repeat(tiny: Path, renderer: ref.Renderer) -> None:
 
 
 def test_light_tracing_repeats(tiny: Path, renderer: ref.Renderer) -> None:
-    """It runs on one thread, and afterwards the number of threads is restored."""
+    """Light tracing runs on one thread. Afterwards the number of threads is restored."""
     import drjit
 
     tiny.write_text(tiny.read_text().replace('type="path"', 'type="ptracer"'))

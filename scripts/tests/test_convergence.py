@@ -121,7 +121,7 @@ def test_parameters_have_the_type_of_their_text(text: str) -> None:
 def test_the_time_is_that_of_a_warm_render(
     tiny: Path, renderer: ref.Renderer, monkeypatch: pytest.MonkeyPatch, integrator: str, spp: int, renders: list[int]
 ) -> None:
-    """The kernels of light tracing depend on the number of samples, so it is rendered once more."""
+    """The kernels of light tracing depend on the number of samples, so Mitsuba renders once more."""
     counts: list[int] = []
     original = renderer.mi.render
     monkeypatch.setattr(renderer.mi, "render", lambda *a, **b: counts.append(b["spp"]) or original(*a, **b))

@@ -46,7 +46,7 @@ def test_mean_and_standard_error_equal_the_textbook() -> None:
 
 
 def test_deterministic_means_constant_or_black_away_from_noise() -> None:
-    """The constant tile is deterministic as a whole. The black block is not where it touches noise of its own tile."""
+    """The constant tile is deterministic as a whole. The black block is not deterministic where it touches noise in its tile."""
     images = noisy_batches()
     expected = np.zeros((16, 24), dtype=bool)
     expected[:8, :8] = True

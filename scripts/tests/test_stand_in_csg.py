@@ -1,4 +1,4 @@
-"""The stand-ins for csg: each surface is where the inequalities of its solid change, and masked surfaces change no light."""
+"""The stand-ins for csg: rays cross a solid where its inequalities change, and masked surfaces do not change an image."""
 
 import math
 from collections.abc import Callable
@@ -119,7 +119,7 @@ def changes(inside: Callable[[np.ndarray], Mask], origins: np.ndarray, direction
 
 
 def normals_at(inside: Callable[[np.ndarray], Mask], origins: np.ndarray, directions: np.ndarray, count: int) -> np.ndarray:
-    """Unit normals (count, rays, 3) against the ray, from the changes of membership along shifted rays."""
+    """Unit normals (count, rays, 3) that face the ray, from the changes of membership along shifted rays."""
     across = np.cross(directions, np.roll(directions, 1, axis=1) + np.array([0.1, 0.2, 0.3]))
     across /= np.linalg.norm(across, axis=1, keepdims=True)
     shifts = [np.zeros_like(across), 1e-6 * across, 1e-6 * np.cross(directions, across)]
@@ -135,7 +135,7 @@ def normals_at(inside: Callable[[np.ndarray], Mask], origins: np.ndarray, direct
 @pytest.mark.parametrize("placing", ["", MIRRORED, FLIP], ids=["as is", "mirrored", "flipped"])
 @pytest.mark.parametrize("name", SOLIDS)
 def test_rays_cross_the_solid(load: Load, renderer: ref.Renderer, name: str, placing: str) -> None:
-    """The first two crossings of each ray, in and out, with normals to the outside, compared with the inequalities."""
+    """Compare the first two crossings of each ray, in and out, and their outward normals with the inequalities."""
     body, local = SOLIDS[name]
     scene = load(body[: -len("</shape>")] + placing + "</shape>")
     inverse = np.linalg.inv(matrix_of(True)) if placing == MIRRORED else np.eye(4)
@@ -172,7 +172,7 @@ def test_each_surface_has_its_own_bsdf_or_that_of_the_nearest_csg(load: Load, re
     assert np.allclose(found["colour"], [green, red, (0.5, 0.5, 0.5)])
 
 
-# The surfaces of an empty solid, in front of the wall and of the lights: all of them are masked.
+# An empty solid in front of the wall and the lights: all of its surfaces are masked.
 EMPTY = csg_xml("intersection", sphere_xml(0.0, 0.0, 1.2, 1.0), sphere_xml(0.0, 0.0, 9.0, 1.0), PANE)
 
 
@@ -201,7 +201,7 @@ def test_masked_surfaces_change_nothing(load: Load, renderer: ref.Renderer, dept
 
 
 def test_direct_sees_direct_light_through_masks(load: Load, renderer: ref.Renderer) -> None:
-    """The scene has no point light, because Mitsuba's direct adds one once for each of its emitter_samples."""
+    """The scene has no point light, because Mitsuba's direct adds its light once for each of its emitter_samples."""
     old, new = '"path"><integer name="max_depth" value="3"/>', '"direct"><integer name="emitter_samples" value="2"/>'
     assert old in HEAD
     direct = HEAD.replace(old, new)
@@ -240,7 +240,7 @@ LENS = [sphere_xml(x, 0.0, 0.0, 1.0) for x in (-0.5, 0.5)]
     ids=["lens", "drilled ellipsoid", "cut hyperboloid"],
 )
 def test_glass_is_invisible_in_a_constant_environment(load: Load, renderer: ref.Renderer, solid: str) -> None:
-    """It would be visible if a surface were missing, doubled, or turned inside out."""
+    """The glass would be visible if a surface were missing, doubled, or turned inside out."""
     head = HEAD.replace('value="3"/></integrator>', 'value="100"/><integer name="rr_depth" value="200"/></integrator>')
     image = np.array(renderer.mi.render(load('<emitter type="constant"/>' + solid, head), spp=256))
     assert np.abs(image.mean() - 1.0) < 5e-4

@@ -87,7 +87,7 @@ def test_rays_hit_the_shape(load: Load, renderer: ref.Renderer, name: str, placi
     origins, directions, t, normal = (values[near] for values in (origins, directions, t, normal))
     found = crossings(renderer.mi, scene, origins, directions, 1)[0]
     both = np.isfinite(t) & found["valid"]
-    # All but a few rays, which pass close to an edge or a silhouette.
+    # A few rays may differ, because they pass close to an edge or a silhouette.
     same = both & (np.abs(t - found["t"]) < 0.01)
     assert same.sum() > 1500
     assert (np.isfinite(t) | found["valid"]).sum() - same.sum() <= 3

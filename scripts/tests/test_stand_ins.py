@@ -56,7 +56,7 @@ def test_provenance_names_the_stand_ins(renderer: ref.Renderer, tiny: Path, tmp_
 
 
 def test_the_scalar_variant_renders_the_same(renderer: ref.Renderer, tmp_path: Path) -> None:
-    """The scene uses everything that is written in Python: in the scalar variant, each call takes numbers instead of arrays."""
+    """The scene uses all plugins that are written in Python: in the scalar variant, each call takes numbers instead of arrays."""
     shapes = """<shape type="ellipsoid"><vector name="radii" value="0.3, 0.4, 0.5"/><point name="center" value="-1, 0, 1"/>
       <bsdf type="phong"/></shape>
       <shape type="sphere"><point name="center" value="-0.5, 0.8, 1"/><float name="radius" value="0.3"/>

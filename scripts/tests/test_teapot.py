@@ -298,7 +298,7 @@ def columns(corners: Array, rays: Array) -> list[Array]:
 
 
 def test_closed_volume_is_that_of_the_union_of_the_parts(closed: Solid) -> None:
-    """Compared with an estimate from 4096 vertical lines, two at random positions in each of 64 x 32 cells.
+    """Compare the volume with an estimate from 4096 vertical lines, two at random positions in each of 64 x 32 cells.
 
     The estimate uses the length of each line inside any part. The parts of the open teapot are closed by cones over their
     open edges. The simplification may move the surface, whose area is less than 60, by `TOLERANCE`. The extension of the handle
@@ -338,7 +338,7 @@ def signed_volume(corners: Array) -> float:
 
 
 def test_closed_has_the_normals_of_the_patches(closed: Solid) -> None:
-    """Where the fine open teapot and the closed one share a vertex, one of the normals of the closed one is the same."""
+    """Where the fine open and the closed teapot share a vertex, one of the normals of the closed teapot is the same."""
     fine = read_ply("teapot-fine.ply")
     copies: dict[tuple[float, ...], list[Array]] = {}
     for position, normal in zip(closed.positions.tolist(), closed.normals, strict=True):
