@@ -51,9 +51,15 @@ def _normalize(a: Vec3) -> Vec3:
 # --- shapes ------------------------------------------------------------------------------------------------------------
 
 
+def grid_faces(columns: int, rows: int) -> list[tuple[int, ...]]:
+    """The quads of a grid whose (columns + 1) x (rows + 1) vertices are stored row by row."""
+    starts = [j * (columns + 1) + i for j in range(rows) for i in range(columns)]
+    return [(a, a + 1, a + columns + 2, a + columns + 1) for a in starts]
+
+
 def grid_mesh(point: Callable[[float, float], Vec3], columns: int, rows: int) -> Mesh:
     """Tessellate point(u, v), for u and v in [0, 1], into `columns` x `rows` quads with normals along dp/du x dp/dv."""
-    mesh = Mesh([], [])
+    mesh = Mesh([], grid_faces(columns, rows))
     step = 1e-4
     for j in range(rows + 1):
         for i in range(columns + 1):
@@ -63,10 +69,6 @@ def grid_mesh(point: Callable[[float, float], Vec3], columns: int, rows: int) ->
             mesh.positions.append(point(u, v))
             mesh.normals.append(_normalize(_cross(du, dv)))
             mesh.uvs.append((u, v))
-    for j in range(rows):
-        for i in range(columns):
-            a = j * (columns + 1) + i
-            mesh.faces.append((a, a + 1, a + columns + 2, a + columns + 1))
     return mesh
 
 
@@ -170,15 +172,11 @@ def terrain() -> Mesh:
         return (x, 0.22 * math.sin(2.3 * x + 0.5) * math.cos(1.9 * z) + 0.06 * x * z, z)
 
     columns, rows = 14, 11
-    mesh = Mesh([], [])
+    mesh = Mesh([], grid_faces(columns, rows))
     for j in range(rows + 1):
         for i in range(columns + 1):
             mesh.positions.append(point(i / columns, j / rows))
             mesh.uvs.append((i / columns, j / rows))
-    for j in range(rows):
-        for i in range(columns):
-            a = j * (columns + 1) + i
-            mesh.faces.append((a, a + 1, a + columns + 2, a + columns + 1))
     return triangulated(mesh)
 
 

@@ -55,6 +55,12 @@ def reversed_faces(mesh: Mesh) -> Mesh:
     return Mesh(mesh.positions, [face[::-1] for face in mesh.faces])
 
 
+def is_closed(mesh: Mesh) -> bool:
+    """Whether each edge belongs to two triangles, which run along it in opposite directions."""
+    edges = Counter((f[k], f[(k + 1) % 3]) for f in mesh.faces for k in range(3))
+    return set(edges.values()) == {1} and all((b, a) in edges for a, b in edges)
+
+
 GLASS, WALL, SURFACE = snifter.snifter(), snifter.cognac_wall(), snifter.cognac_surface()
 
 
@@ -64,9 +70,7 @@ GLASS, WALL, SURFACE = snifter.snifter(), snifter.cognac_wall(), snifter.cognac_
     ids=["pebble", "gem", "cognac"],
 )
 def test_meshes_of_glass_are_closed(mesh: Mesh) -> None:
-    edges = Counter((f[k], f[(k + 1) % 3]) for f in mesh.faces for k in range(3))
-    assert set(edges.values()) == {1}
-    assert all((b, a) in edges for a, b in edges)
+    assert is_closed(mesh)
     assert volume(mesh) > 0.5
 
 
@@ -83,9 +87,7 @@ def test_the_cognac_has_the_volume_of_its_part_of_the_ellipsoid() -> None:
 
 def test_glass_and_cognac_touch_without_a_gap() -> None:
     whole = welded(GLASS, reversed_faces(WALL))
-    edges = Counter((f[k], f[(k + 1) % 3]) for f in whole.faces for k in range(3))
-    assert set(edges.values()) == {1}
-    assert all((b, a) in edges for a, b in edges)
+    assert is_closed(whole)
     assert volume(whole) > 0.1
     assert min(z for _, _, z in GLASS.positions) == 0.0
 
