@@ -7,6 +7,7 @@ use etendue::{
     integrator::NO_INTEGRATOR,
     render::checkpoint::JobError,
     scene_file::{Diagnostic, Override, SceneError, SourceLocation},
+    study::StudyError,
 };
 
 /// A line for each fault of a scene.
@@ -39,5 +40,13 @@ pub(super) fn of_job(error: &JobError, resumed: Option<&Path>) -> anyhow::Error 
         (JobError::TooManyParts { .. }, _) => anyhow!("--shard: {error}"),
         (error, Some(file)) if error.is_of_checkpoint() => anyhow!("{}: {error}", file.display()),
         (error, _) => anyhow!("{error}"),
+    }
+}
+
+/// Why a study cannot be made.
+pub(super) fn of_study(error: StudyError) -> anyhow::Error {
+    match error {
+        StudyError::Owner { .. } => anyhow!("{error}; choose another folder with --out"),
+        error => error.into(),
     }
 }

@@ -1,16 +1,16 @@
 use std::{
     io::IsTerminal as _,
-    path::{Path, PathBuf},
+    path::PathBuf,
     process::ExitCode,
     sync::atomic::{AtomicUsize, Ordering},
 };
 
 use anyhow::Context as _;
 use clap::Args;
-use etendue::study::{self, Plan, Run, evaluate, plan, run::RunExecutor};
+use etendue::study::{self, Plan, Run, evaluate, folder, plan, run::RunExecutor};
 use glob::Pattern;
 
-use super::{FAILED, numbers, say};
+use super::{FAILED, faults, numbers, say};
 
 /// Measures how errors fall with samples, photons or time.
 ///
@@ -50,11 +50,13 @@ impl Study {
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
         let only = Pattern::new(&self.only).with_context(|| format!("--only {}", self.only))?;
         let study = study::Study::read(&self.file)?;
-        let folder = self.out.clone().unwrap_or_else(|| Path::new("reports/studies").join(&study.name));
-        let plan = Plan::new(&study, &folder)?;
+        let out = self.out.clone().unwrap_or_else(|| folder::default_folder(&study));
+        folder::check_owner(&study, &out).map_err(faults::of_study)?;
+        let plan = Plan::new(&study, &out)?;
         if self.plan {
             return self.print(&plan, &only);
         }
+        folder::claim(&study, &out)?;
         if !self.evaluate {
             self.make(&study, &plan, &only)?;
         }

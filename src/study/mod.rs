@@ -7,6 +7,7 @@
 //! | part | file |
 //! |---|---|
 //! | the format of the file; how it is read and validated | `spec`; `check` |
+//! | the folder of the results | [`folder`] |
 //! | cells and runs, their seeds and command lines | [`plan`] |
 //! | a run, whether its image exists, and how it is rendered | [`run`] |
 //! | references, and masks of pixels | `ground_truth`, `mask` |
@@ -35,10 +36,12 @@
 mod check;
 mod comparison;
 mod drawings;
+mod error_decomposition;
 pub mod evaluate;
 mod fits;
 mod flip;
-mod spec;
+pub mod folder;
+mod ground_truth;
 mod mask;
 mod measures;
 mod outcome;
@@ -46,11 +49,10 @@ mod page;
 pub mod plan;
 mod record;
 pub mod run;
-mod error_decomposition;
+mod spec;
 mod ssim;
 mod tables;
 mod theory;
-mod ground_truth;
 
 pub use outcome::Evaluation;
 pub use plan::Plan;
@@ -79,6 +81,14 @@ pub enum StudyError {
         column: usize,
         /// What is wrong, and how to correct it.
         what: String,
+    },
+    /// The folder of the results belongs to another study.
+    #[error("{}: holds the results of {}", folder.display(), owner.display())]
+    Owner {
+        /// The folder.
+        folder: PathBuf,
+        /// The file of the other study.
+        owner: PathBuf,
     },
     /// A file cannot be read or written.
     #[error(transparent)]

@@ -216,6 +216,26 @@ fn invalid_studies_are_reported_in_one_line() {
 }
 
 #[test]
+fn studies_of_one_name_do_not_share_a_folder() {
+    let folder = folder(&short());
+    fs::create_dir(folder.path("other")).unwrap();
+    folder.write("other/study.toml", short().replace("scene.xml", "../scene.xml"));
+    assert_eq!(study(&folder, "").code, Some(0));
+    let before = folder.files();
+    for options in ["", "--plan", "--evaluate"] {
+        let said = run(&mut folder.etendue(&format!("study other/study.toml --out out {options}")));
+        assert_eq!(said.code, Some(2), "{}", said.out);
+        assert!(said.err.starts_with("error: out: holds the results of /"), "{}", said.err);
+        assert!(said.err.ends_with("/study.toml; choose another folder with --out\n"), "{}", said.err);
+        assert_eq!(folder.files(), before);
+    }
+    // A file that was moved is still the same study.
+    fs::rename(folder.path("study.toml"), folder.path("other/study.toml")).unwrap();
+    let said = run(&mut folder.etendue("study other/study.toml --out out --plan"));
+    assert_eq!(said.code, Some(0), "{}", said.err);
+}
+
+#[test]
 fn runs_of_mitsuba_are_planned_and_left_out() {
     let method = "[[method]]\nname = \"mi\"\nrenderer = \"mitsuba\"\nvariant = \"llvm_ad_rgb\"\nintegrator = \"path\"\n\
                   vary = {name = \"spp\", values = [4, 16, 64]}\n[[fit]]\nmethods = \"mi\"\ny = \"rmse\"\nslope = -0.5\n";
