@@ -133,6 +133,8 @@ fn check_names(params: &Params<'_>, layers: &[(String, Quantity)], mut taken: Ve
     Ok(())
 }
 
+/// Every method is written out, so that a new method cannot fall back to its default.
+#[deny(clippy::missing_trait_methods)]
 impl IntegratorModel for Aov {
     fn not_physical(&self) -> Option<&'static str> {
         self.child.as_ref().and_then(|child| child.not_physical())
@@ -161,6 +163,10 @@ impl IntegratorModel for Aov {
 
     fn samples(&self) -> Option<u32> {
         self.child.as_ref().and_then(|child| child.samples())
+    }
+
+    fn has_variance(&self) -> bool {
+        self.child.as_ref().is_none_or(|child| child.has_variance())
     }
 
     fn traces_light(&self) -> bool {
@@ -202,6 +208,7 @@ impl AovEstimator<'_> {
     }
 }
 
+#[deny(clippy::missing_trait_methods)]
 impl Estimator for AovEstimator<'_> {
     fn radiance(&self, camera_ray: &CameraRay, sampler: &mut PathSampler, output: &mut SampleOutput<'_>) -> Rgb {
         let rest = self.write(&camera_ray.ray, output.layers);

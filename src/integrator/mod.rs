@@ -28,6 +28,8 @@ pub use photonmapper::PhotonMapper;
 pub use ptracer::ParticleTracer;
 pub use sppm::Sppm;
 
+use enum_dispatch::enum_dispatch;
+
 use crate::{
     film::LayerSpec,
     scene::Scene,
@@ -35,6 +37,7 @@ use crate::{
 };
 
 /// What an integrator answers.
+#[enum_dispatch]
 pub trait IntegratorModel {
     /// Layers beside the beauty.
     fn layers(&self) -> Vec<LayerSpec> {
@@ -84,9 +87,9 @@ pub trait IntegratorModel {
     -> Box<dyn Estimator + 's>;
 }
 
-catalogue! { ($)
+catalogue! {
     /// An integrator.
-    pub enum Integrator in Category::Integrator, each_integrator {
+    pub enum Integrator: IntegratorModel in Category::Integrator, {
         /// Path tracing.
         Path(Path),
         /// Light tracing.
@@ -103,48 +106,5 @@ catalogue! { ($)
         Aov(Aov),
         /// The second moment beside the mean.
         Moment(Moment),
-    }
-}
-
-impl IntegratorModel for Integrator {
-    fn layers(&self) -> Vec<LayerSpec> {
-        each_integrator!(self, integrator => integrator.layers())
-    }
-
-    fn not_physical(&self) -> Option<&'static str> {
-        each_integrator!(self, integrator => integrator.not_physical())
-    }
-
-    fn needs_light(&self) -> bool {
-        each_integrator!(self, integrator => integrator.needs_light())
-    }
-
-    fn check(&self, scene: &Scene) -> Result<(), String> {
-        each_integrator!(self, integrator => integrator.check(scene))
-    }
-
-    fn iterations(&self) -> IterationPlan {
-        each_integrator!(self, integrator => integrator.iterations())
-    }
-
-    fn samples(&self) -> Option<u32> {
-        each_integrator!(self, integrator => integrator.samples())
-    }
-
-    fn has_variance(&self) -> bool {
-        each_integrator!(self, integrator => integrator.has_variance())
-    }
-
-    fn traces_light(&self) -> bool {
-        each_integrator!(self, integrator => integrator.traces_light())
-    }
-
-    fn begin<'s>(
-        &'s self,
-        scene: &'s Scene,
-        iteration: &Iteration,
-        state: &IntegratorState,
-    ) -> Box<dyn Estimator + 's> {
-        each_integrator!(self, integrator => integrator.begin(scene, iteration, state))
     }
 }

@@ -35,6 +35,8 @@ impl Described for Moment {
     }
 }
 
+/// Every method is written out, so that a new method cannot fall back to its default.
+#[deny(clippy::missing_trait_methods)]
 impl IntegratorModel for Moment {
     fn not_physical(&self) -> Option<&'static str> {
         self.child.not_physical()
@@ -59,6 +61,10 @@ impl IntegratorModel for Moment {
 
     fn samples(&self) -> Option<u32> {
         self.child.samples()
+    }
+
+    fn has_variance(&self) -> bool {
+        self.child.has_variance()
     }
 
     fn traces_light(&self) -> bool {

@@ -34,20 +34,6 @@ macro_rules! catalogue {
 
         $crate::scene_file::catalogue! { @each ($d) $Enum, $each { $($Member),* } }
     };
-    // With a macro that matches, for traits that cannot be forwarded.
-    (($d:tt) $(#[$meta:meta])* pub enum $Enum:ident in $category:expr, $each:ident {
-        $($(#[$member_meta:meta])* $Member:ident($Type:ty)),* $(,)?
-    }) => {
-        $crate::scene_file::catalogue! {
-            $(#[$meta])* pub enum $Enum in $category, { $($(#[$member_meta])* $Member($Type)),* }
-        }
-
-        $(impl From<$Type> for $Enum {
-            fn from(member: $Type) -> Self { Self::$Member(member) }
-        })*
-
-        $crate::scene_file::catalogue! { @each ($d) $Enum, $each { $($Member),* } }
-    };
     (@each ($d:tt) $Enum:ident, $each:ident { $($Member:ident),* }) => {
         macro_rules! $each {
             ($d value:expr, $d member:ident => $d body:expr) => {

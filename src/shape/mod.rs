@@ -6,8 +6,8 @@
 
 mod affine;
 pub mod bvh;
-mod cube;
 mod csg;
+mod cube;
 mod disk;
 pub mod laws;
 pub mod mesh;
