@@ -7,8 +7,10 @@ use glam::DVec3;
 use crate::{
     law::{Check, Effort, Finding, Law},
     math::Rgb,
+    render::Replicate,
+    stats::Moments,
     validation::setup::{
-        ALBEDO, CHANNELS, GLASS, RADIANCE, RAY_INSIDE, Setup, area, diffuse, path, room, towards, triple,
+        ALBEDO, CHANNELS, GLASS, RADIANCE, RAY_INSIDE, Setup, area, diffuse, path, renderer, room, towards, triple,
     },
 };
 
@@ -48,7 +50,8 @@ pub const LAWS: &[Law] = &[
     },
     Law {
         name: "transport/max-depth",
-        claim: "A max_depth of 0 gives a black image, 1 shows only emitters, and each increment adds one reflection.",
+        claim: "A max_depth of 0 gives a black image, 1 shows only emitters, and each increment adds one reflection, in path tracing \
+                and light tracing alike.",
         source: "Mitsuba's definition",
         check: Check::Analytic(max_depth),
     },
@@ -202,5 +205,31 @@ fn max_depth(effort: Effort) -> Vec<Finding> {
         let expected = series(RADIANCE, ALBEDO, Some(depth));
         findings.extend(of(depth).test(&format!("depth {depth}"), RAY_INSIDE, effort.samples(20_000), expected));
     }
+    findings.extend((1..=3).flat_map(|depth| light_tracing_depth(depth, &scene, effort)));
     findings
+}
+
+/// Compares the film's mean, which light tracing gives a camera in a room, with the series of that depth.
+fn light_tracing_depth(depth: i32, room: &str, effort: Effort) -> Vec<Finding> {
+    let (origin, direction) = RAY_INSIDE;
+    let sensor = format!(
+        r#"<sensor type="perspective"><float name="fov" value="70"/>
+           <transform name="to_world"><lookat origin="{}" target="{}" up="0, 0, 1"/></transform>
+           <film type="hdrfilm"><integer name="width" value="6"/><integer name="height" value="4"/><rfilter type="box"/></film>
+           </sensor>"#,
+        triple(origin),
+        triple(origin + direction)
+    );
+    let integrator = format!(r#"<integrator type="ptracer"><integer name="max_depth" value="{depth}"/></integrator>"#);
+    let renderer = renderer(&integrator, &sensor, room);
+    let mut moments = [Moments::default(); 3];
+    for number in 0..u64::from(effort.samples(24)) {
+        let pixels = renderer.render(Replicate { seed: 33, number, samples: 400 }, &|_| {}).means();
+        for (i, moments) in moments.iter_mut().enumerate() {
+            moments.push(pixels.iter().map(|pixel| pixel[i]).sum::<f64>() / pixels.len() as f64);
+        }
+    }
+    let expected = series(RADIANCE, ALBEDO, Some(depth));
+    let subject = |i: usize| format!("light tracing, depth {depth}, {}", CHANNELS[i]);
+    (0..3).map(|i| Finding::mean(subject(i), &moments[i], expected[i])).collect()
 }
