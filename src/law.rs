@@ -132,10 +132,10 @@ impl Effort {
         }
     }
 
-    /// What a verdict on images must be able to see: half a percent, and 2 % at the quick effort.
+    /// The level of the verdict on a scene and the bias that it must detect: half a percent, and 2 % at the quick effort.
     #[must_use]
     pub fn verdict(self) -> VerdictConfig {
-        let standard = VerdictConfig::default();
+        let standard = VerdictConfig { alpha: sidak_level(LEVEL, MAX_SCENES), ..VerdictConfig::default() };
         match self {
             Self::Quick => VerdictConfig { target_bias: 0.02, ..standard },
             Self::Standard | Self::Full => standard,
@@ -326,6 +326,11 @@ pub const LEVEL: f64 = 0.01;
 /// plugin leaves the level as it is; a test of `validation` compares the two.
 pub const MAX_TESTS: usize = 2500;
 
+/// The number of scenes that a complete run may compare with their references. It is a round number above the one that
+/// there is, like [`MAX_TESTS`]. The level of each scene is Šidák-corrected for it, so that the chance that any scene of
+/// a complete run is rejected although all are right is at most [`LEVEL`].
+pub const MAX_SCENES: usize = 200;
+
 /// The level at which each test fails, Šidák-corrected for [`MAX_TESTS`]. It is the same for a selection of laws as for
 /// all, so that no selection fails where the complete run holds.
 #[must_use]
@@ -374,6 +379,14 @@ mod tests {
         // (2.5807 + 2.3263) standard errors of 0.05 / √999.
         assert!((bias / (4.907 * 0.05 / 999_f64.sqrt() / 2.05) - 1.0).abs() < 3e-3, "{bias}");
         assert_eq!(Finding::test("another", "chi²", 0.5).detectable_bias(0.01), None);
+    }
+
+    #[test]
+    fn the_level_of_scenes_allows_for_their_number() {
+        // 1 - 0.99^(1/200) = 5.0250e-5.
+        let alphas = Effort::ALL.map(|effort| effort.verdict().alpha);
+        assert!(alphas.iter().all(|alpha| (alpha / 5.0250e-5 - 1.0).abs() < 1e-4), "{alphas:?}");
+        assert_eq!(Effort::ALL.map(|effort| effort.verdict().target_bias), [0.02, 0.005, 0.005]);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::{command, groups, laws, laws::Group, mark::Mark, number, scenes::SceneView};
 use crate::{
-    law::{LEVEL, MAX_TESTS, Measured},
+    law::{LEVEL, MAX_SCENES, MAX_TESTS, Measured},
     plot,
     stats::VerdictConfig,
     validation::{Evidence, Row},
@@ -64,9 +64,11 @@ struct Level {
 #[derive(Debug, Serialize)]
 struct Config {
     alpha: String,
+    /// The number of scenes for which the level is corrected.
+    most: usize,
+    together: String,
     target_bias: String,
     power: String,
-    false_alarms: String,
 }
 
 /// The page of a run, as HTML.
@@ -163,15 +165,14 @@ fn level(rows: &[Row]) -> Option<Level> {
 }
 
 fn config(evidence: &Evidence) -> Option<Config> {
-    let used =
-        evidence.scenes.iter().filter_map(|scene| scene.comparison.verdict.as_ref()).map(|verdict| verdict.config);
-    let verdicts = used.clone().count();
-    let VerdictConfig { alpha, target_bias, power } = used.into_iter().next()?;
+    let verdict = evidence.scenes.iter().find_map(|scene| scene.comparison.verdict.as_ref())?;
+    let VerdictConfig { alpha, target_bias, power } = verdict.config;
     Some(Config {
-        alpha: number::percent(alpha),
+        alpha: number::significant(alpha, 3),
+        most: MAX_SCENES,
+        together: number::percent(LEVEL),
         target_bias: number::percent(target_bias),
         power: number::percent(power),
-        false_alarms: number::significant(alpha * verdicts as f64, 2),
     })
 }
 

@@ -12,7 +12,7 @@ use super::{
     number,
 };
 use crate::{
-    law::{Effort, LEVEL, MAX_TESTS, Measured, level_of_each},
+    law::{Effort, LEVEL, MAX_SCENES, MAX_TESTS, Measured, level_of_each},
     stats::Outcome,
     validation::{Evidence, LawTime, Row, SceneEvidence},
 };
@@ -217,8 +217,14 @@ pub fn markdown(evidence: &Evidence) -> String {
     for group in GroupSummary::all(evidence) {
         group_line(&mut text, &group);
     }
-    text += "\n## Scenes against their references\n\n\
-             | scene | p | detectable bias | ours | reference | verdict |\n|---|---|---|---|---|---|\n";
+    let _ = writeln!(
+        text,
+        "\n## Scenes against their references\n\nA scene differs if p is at most {}: the chance that any of at most {MAX_SCENES} scenes \
+         differs although all are correct is at most {}.\n\n\
+         | scene | p | detectable bias | ours | reference | verdict |\n|---|---|---|---|---|---|",
+        number::significant(evidence.effort.verdict().alpha, 2),
+        number::percent(LEVEL)
+    );
     for scene in &evidence.scenes {
         scene_line(&mut text, scene);
     }
@@ -342,6 +348,7 @@ mod tests {
         assert_eq!(names, expected, "{AGAIN}");
         let tests = summary.rows.iter().filter(|row| row.p.is_some()).count();
         assert!(tests <= MAX_TESTS, "adapt MAX_TESTS to {tests} tests");
+        assert!(names.len() <= MAX_SCENES, "adapt MAX_SCENES to {} scenes", names.len());
     }
 
     #[test]
