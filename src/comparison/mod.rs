@@ -188,9 +188,25 @@ impl ImageEstimate {
     /// If `count` is 0.
     #[must_use]
     pub fn of_replicates(renderer: &Renderer, first: Replicate, count: u64) -> Self {
+        Self::of_more_replicates(Vec::new(), renderer, first, count)
+    }
+
+    /// The image of [`ImageEstimate::of_replicates`] with a larger `count` of replicates, without rendering again those that
+    /// this image has.
+    #[must_use]
+    pub fn with_replicates(self, renderer: &Renderer, first: Replicate, count: u64) -> Self {
+        let known = match self.uncertainty {
+            Uncertainty::Replicates(images) => images,
+            Uncertainty::Unknown | Uncertainty::Pixels(_) => Vec::new(),
+        };
+        Self::of_more_replicates(known, renderer, first, count)
+    }
+
+    fn of_more_replicates(known: Vec<Vec<[f64; 3]>>, renderer: &Renderer, first: Replicate, count: u64) -> Self {
         let crop = renderer.scene.sensor.film.rendered();
         let render = |k| renderer.render(Replicate { number: first.number + k, ..first }, &|_| {}).means();
-        let images: Vec<Vec<[f64; 3]>> = (0..count).map(render).collect();
+        let mut images = known;
+        images.extend((images.len() as u64..count).map(render));
         let mean = |p: usize| [0, 1, 2].map(|c| images.iter().map(|image| image[p][c]).sum::<f64>() / count as f64);
         Self {
             name: "ours".into(),

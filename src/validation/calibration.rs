@@ -26,7 +26,7 @@ fn calibrate(scene: &SceneFile, effort: Effort) -> Result<Vec<Finding>, CheckErr
         return Ok(Vec::new());
     }
     let comparisons = match effort {
-        Effort::Quick => 5,
+        Effort::Quick => 3,
         Effort::Standard => 10,
         Effort::Full => 100,
     };

@@ -47,7 +47,7 @@ fn compare_once(scene: &SceneFile, effort: Effort) -> Result<SceneEvidence, Evid
     // How many samples a verdict needs follows from the scatter alone, not from the difference, so going on is fair.
     if let Some(Outcome::Undecided { needed_factor: Some(factor) }) = found.verdict.as_ref().map(|v| v.outcome) {
         let passes = ((1.1 * factor * passes as f64).ceil() as u64).min(MAX_REPLICATES);
-        ours = ImageEstimate::of_replicates(&renderer, first, passes);
+        ours = ours.with_replicates(&renderer, first, passes);
         found = comparison::with_reference_configured(&ours, &reference, &config)?;
     }
     let scale = effort.falsification();
@@ -80,7 +80,7 @@ fn compare_once(scene: &SceneFile, effort: Effort) -> Result<SceneEvidence, Evid
 /// Samples per pixel of a replicate, and the number of replicates to begin with.
 fn schedule(effort: Effort) -> (u32, u64) {
     match effort {
-        Effort::Quick => (4, REPLICATES),
+        Effort::Quick => (2, REPLICATES),
         Effort::Standard => (32, REPLICATES),
         Effort::Full => (32, 4 * REPLICATES),
     }
