@@ -1,4 +1,5 @@
-//! From a scene and an integrator to a film: tiles on all threads, with the same bits however many there are.
+//! Renders a scene with an integrator to a film, tile by tile on all threads. The bits do not depend on the number of
+//! threads.
 
 pub mod checkpoint;
 pub mod drive;
@@ -160,7 +161,7 @@ pub struct Rendering<'r> {
 }
 
 impl Rendering<'_> {
-    /// What the current iteration has gathered and done.
+    /// Statistics of the current iteration.
     #[must_use]
     pub fn notes(&self) -> Notes {
         self.estimator.as_ref().map(|estimator| estimator.notes()).unwrap_or_default()
@@ -184,16 +185,16 @@ impl Rendering<'_> {
         self.next
     }
 
-    /// What the samples still to come depend on besides the replicate.
+    /// The state that later samples depend on, besides the replicate.
     #[must_use]
     pub fn state(&self) -> &IntegratorState {
         &self.state
     }
 
-    /// Continues with a later sample, or an earlier one, of an integrator whose iterations are independent.
+    /// Continues with a later or earlier sample. The iterations of the integrator must be independent.
     ///
     /// # Panics
-    /// If they depend on one another.
+    /// If the iterations depend on each other.
     pub fn go_to(&mut self, sample: u32) {
         let is_chained = self.renderer.integrator.iterations() == IterationPlan::Chained;
         assert!(sample == self.next || !is_chained, "sample {sample} follows from those after {}", self.next);
@@ -230,7 +231,7 @@ impl Rendering<'_> {
         let is_chained = self.renderer.integrator.iterations() == IterationPlan::Chained;
         let pixels = if is_chained { crop.width as usize * crop.height as usize } else { 0 };
         let mut found = vec![PassCounts::default(); pixels];
-        // A strip of tiles at a time, so that finished tiles do not pile up beside the film.
+        // One strip of tiles at a time bounds the memory of finished tiles.
         for strip in tiles.chunks(4096) {
             let finished: Vec<_> = strip
                 .par_iter()
@@ -288,7 +289,7 @@ impl Rendering<'_> {
     }
 
     /// Takes one sample of one pixel, in the iteration that it belongs to. `values` has one element for each sampled
-    /// channel. What a light path leaves on the film goes into `path`.
+    /// channel. The splats of the light path are added to `path`.
     ///
     /// # Panics
     /// As [`Renderer::render`] does.
@@ -304,7 +305,7 @@ impl Rendering<'_> {
         self.one_sample(pixel, sample, values, path).0
     }
 
-    /// The radiance of a sample, and the photons that it found.
+    /// Writes the values of a sample, and returns the photons that it found.
     #[inline]
     fn one_sample(
         &self,
