@@ -136,7 +136,7 @@ fn warn(warnings: &[String]) {
     warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
 }
 
-/// Checks that a file can be written, before the work.
+/// Checks before the work that a file can be written.
 fn check_writable(output: &Path) -> anyhow::Result<()> {
     let folder = output.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     anyhow::ensure!(!output.is_dir(), "{}: is a folder", output.display());

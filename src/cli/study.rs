@@ -77,7 +77,7 @@ impl Study {
         Ok(ExitCode::SUCCESS)
     }
 
-    /// Makes what is missing: the references first, for rows need them.
+    /// Renders the missing runs. The references come first, because rows need them.
     fn make(&self, study: &study::Study, all: &Plan, only: &Pattern) -> anyhow::Result<()> {
         let is_wanted = |run: &&Run| run.arguments.is_some() && !run.is_made();
         let missing: Vec<&Run> = all.runs().filter(is_wanted).collect();
@@ -102,7 +102,7 @@ impl Study {
         Ok(())
     }
 
-    /// The command that gives the same.
+    /// The command that reproduces the results.
     fn command(&self) -> String {
         let out = self.out.as_ref().map_or(String::new(), |folder| format!(" --out {}", folder.display()));
         format!("etendue study {}{out}", self.file.display())
