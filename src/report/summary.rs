@@ -1,4 +1,4 @@
-//! A run in brief: `reports/verify.md` for people and `reports/verify.json` for programs.
+//! The summary of a run: `reports/verify.md` for people and `reports/verify.json` for programs.
 
 use std::fmt::Write as _;
 
@@ -17,20 +17,20 @@ use crate::{
     validation::{Evidence, LawTime, Row, SceneEvidence},
 };
 
-/// A run without its pictures and tiles. Numbers that do not apply or are not finite are left out.
+/// A run without its pictures and tiles. Numbers that do not apply or are not finite are omitted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
-    /// What made it.
+    /// The command that made it.
     pub command: String,
     /// The version of this program.
     pub version: String,
-    /// How much work was done.
+    /// The effort of the run.
     pub effort: Effort,
     /// Wall-clock seconds.
     pub seconds: f64,
-    /// Threads that rendered.
+    /// The number of threads.
     pub threads: usize,
-    /// Whether everything holds.
+    /// Whether all laws and scenes hold.
     pub passed: bool,
     /// Every law.
     pub laws: Vec<SummaryLaw>,
@@ -43,13 +43,13 @@ pub struct Summary {
 /// A law that was checked.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SummaryLaw {
-    /// Its name.
+    /// The name of the law.
     pub name: String,
     /// Wall-clock seconds; other laws may have run at the same time.
     pub seconds: f64,
 }
 
-/// A finding: a value with what it should be, or a test.
+/// A finding: a value with its expected value, or a test.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SummaryRow {
     /// The law.
