@@ -17,9 +17,9 @@ use crate::{
 
 /// The number of replicates to begin with.
 pub(super) const REPLICATES: u64 = 32;
-/// A scene that needs more is declared undecided.
+/// The maximum number of replicates. A scene that needs more is undecided.
 const MAX_REPLICATES: u64 = 256;
-/// The seed of all comparisons. It is fixed, so that a failure can be looked into.
+/// The seed of all comparisons. It is fixed, so that a failure can be reproduced.
 pub(super) const SEED: u64 = 20_261;
 
 /// Renders a scene and compares it with its reference.
@@ -44,7 +44,8 @@ fn compare_once(scene: &SceneFile, effort: Effort) -> Result<SceneEvidence, Evid
     let first = Replicate { seed: SEED, number: 0, samples };
     let mut ours = ImageEstimate::of_replicates(&renderer, first, passes);
     let mut found = comparison::with_reference_configured(&ours, &reference, &config)?;
-    // How many samples a verdict needs follows from the scatter alone, not from the difference, so going on is fair.
+    // The scatter alone determines how many samples a verdict needs, and the difference does not. So taking more
+    // samples does not bias the test.
     if let Some(Outcome::Undecided { needed_factor: Some(factor) }) = found.verdict.as_ref().map(|v| v.outcome) {
         let passes = ((1.1 * factor * passes as f64).ceil() as u64).min(MAX_REPLICATES);
         ours = ImageEstimate::of_replicates(&renderer, first, passes);
@@ -77,7 +78,7 @@ fn compare_once(scene: &SceneFile, effort: Effort) -> Result<SceneEvidence, Evid
     })
 }
 
-/// Samples per pixel of a replicate, and the number of replicates to begin with.
+/// Samples per pixel of a replicate, and the initial number of replicates.
 fn schedule(effort: Effort) -> (u32, u64) {
     match effort {
         Effort::Quick => (4, REPLICATES),
@@ -86,7 +87,7 @@ fn schedule(effort: Effort) -> (u32, u64) {
     }
 }
 
-/// The scene files under a root, by name: those of assets/scenes and its figures, if there are any.
+/// The scene files under a root, by name: assets/scenes, and its folder of figures if it exists.
 pub(super) fn scene_files(root: &Path) -> Result<Vec<SceneFile>, EvidenceError> {
     let folder = root.join("assets/scenes");
     let mut paths = Vec::new();
@@ -107,7 +108,7 @@ pub(super) fn scene_files(root: &Path) -> Result<Vec<SceneFile>, EvidenceError> 
     Ok(scenes)
 }
 
-/// The command that finds rows of a name again.
+/// The command that reproduces the rows of a name.
 pub(super) fn verify_command(name: &str, effort: Effort) -> String {
     format!("etendue verify --only '{name}'{}", effort.option())
 }
