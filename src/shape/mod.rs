@@ -273,7 +273,8 @@ catalogue! { ($)
     }
 }
 
-/// Answers of the traits that are asked for all along a ray: by these names they are inlined, kind by kind.
+/// Methods that are called for every ray. They are inherent methods here, so that the compiler inlines them for each
+/// kind of shape.
 impl Geometry {
     #[inline(always)]
     fn intersect_block(&self, block: u32, ray: &Ray, shear: &mut Option<Shear>) -> Option<Hit> {

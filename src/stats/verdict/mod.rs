@@ -153,15 +153,15 @@ pub enum VerdictError {
     GridsDiffer {
         /// Our columns and rows.
         ours: (usize, usize),
-        /// The reference's.
+        /// The reference's columns and rows.
         reference: (usize, usize),
     },
     /// A tile is masked out on one side only: the masks differ, or one renderer produced a NaN.
     #[error("tile ({column}, {row}) is masked out on one side only")]
     MasksDiffer {
-        /// The first such tile.
+        /// The column of the first such tile.
         column: usize,
-        /// The first such tile.
+        /// The row of the first such tile.
         row: usize,
     },
     /// Every tile is masked out, and there are no deterministic pixels.
