@@ -1,5 +1,5 @@
-//! What photons and light paths make of bad input and of scenes that they are not made for: an error or a warning, never
-//! a panic, a number that is none, or an image that is black without a word.
+//! Photon integrators and light tracing with bad input and unsuitable scenes. They must give an error or a warning, and
+//! never a panic, a value that is not finite, or a black image without a warning.
 
 use crate::{
     bad_input::{Case, check_all, scene},
@@ -202,7 +202,7 @@ fn scenes_that_photons_cannot_treat() {
     ]);
 }
 
-/// What a rendering warns of, whose image must be finite.
+/// The warnings of a render, whose image must be finite.
 fn warnings(integrator: &str, parts: &[&str], options: &str) -> Vec<String> {
     let folder = Folder::with_scene(&kit::scene_of(&[&[integrator, SENSOR], parts].concat()));
     let said = run(&mut folder.etendue(&format!("render scene.xml -o image.exr --spp 2 {options}")));
@@ -295,7 +295,7 @@ fn photons_within_other_integrators_and_replayed() {
     assert!((sum / 3.0 - mean).abs() <= f64::from(f32::EPSILON) * mean, "{sum} {mean}");
 }
 
-/// A floor with a ball on it, so large and so far away, seen from nearby.
+/// A floor with a ball on it, of a given size at a given distance from the origin, viewed from nearby.
 fn place(integrator: &str, size: f64, far: f64, light: &str) -> String {
     let to_world = |own: &str| {
         format!(

@@ -1,4 +1,4 @@
-//! Bad input of `render` in what goes beyond Mitsuba: solids that are none, quadrics without a surface, kcply files.
+//! Bad input of `render` in extensions to Mitsuba: shapes that are not solids, quadrics without a surface, kcply files.
 
 use crate::{
     bad_input::{check_all, scene, shapes},
