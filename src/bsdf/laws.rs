@@ -147,7 +147,7 @@ fn sampled_outside(observed: &[u64]) -> f64 {
     observed[..observed.len() - 1].iter().sum::<u64>() as f64
 }
 
-/// The expected number of samples in each cell, and last that of failed samples and delta lobes.
+/// The expected number of samples in each cell. The last number counts failed samples and delta lobes.
 fn expected_counts(bsdf: &Bsdf, query: &Query, samples: f64) -> Vec<f64> {
     let mut expected: Vec<f64> = (0..CELLS.0 * CELLS.1).map(|cell| expected_in(bsdf, query, samples, cell)).collect();
     let kept: f64 = expected.iter().sum();

@@ -69,7 +69,7 @@ impl Progress {
         Self { bar: bar.with_style(style.with_key("status", status)), error }
     }
 
-    /// Whether anybody watches.
+    /// Whether the bar is shown.
     pub(super) fn is_shown(&self) -> bool {
         !self.bar.is_hidden()
     }

@@ -52,32 +52,32 @@ pub struct SummaryLaw {
 /// A finding: a value with its expected value, or a test.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SummaryRow {
-    /// The law.
+    /// The name of the law.
     pub name: String,
-    /// What it is about.
+    /// The subject of the finding.
     pub subject: String,
-    /// What was computed.
+    /// The computed value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
-    /// What it should be.
+    /// The expected value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expected: Option<f64>,
-    /// The largest allowed distance of the two.
+    /// The largest allowed difference of the two.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bound: Option<f64>,
-    /// What was tested.
+    /// The test statistic.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub statistic: Option<String>,
-    /// Its p-value.
+    /// The p-value of the test.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub p: Option<f64>,
-    /// Below which the test fails.
+    /// The level below which the test fails.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub level: Option<f64>,
     /// The relative bias of a mean that the test would have detected.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub detectable_bias: Option<f64>,
-    /// Whether it holds.
+    /// Whether the finding holds.
     pub passed: bool,
 }
 
@@ -86,15 +86,15 @@ pub struct SummaryRow {
 pub struct SummaryScene {
     /// The name of its row.
     pub name: String,
-    /// Who made the reference.
+    /// The origin of the reference.
     pub reference_by: String,
-    /// In words.
+    /// The conclusion in words.
     pub conclusion: String,
     /// The p-value of all statistics together.
     pub p: Option<f64>,
-    /// At or below which they reject.
+    /// The level at or below which the statistics reject.
     pub alpha: Option<f64>,
-    /// The relative bias of a channel's mean that would have been seen.
+    /// The relative bias of a channel's mean that would have been detected.
     pub detectable_bias: Option<f64>,
     /// The differences of the channels' means, relative to the reference.
     pub relative_difference: Option<[Option<f64>; 3]>,
@@ -102,20 +102,20 @@ pub struct SummaryScene {
     pub rmse: f64,
     /// The mean of squared relative differences.
     pub relative_mse: f64,
-    /// Our samples per pixel.
+    /// Samples per pixel of our image.
     pub spp: Option<u64>,
-    /// The factor by which the image was falsified.
+    /// The factor by which the image was scaled, to check that the verdict detects a known bias.
     pub scale: f64,
-    /// Whether the falsified image differs, as it must.
+    /// Whether the scaled image differs, as it must.
     pub scaled_differs: bool,
-    /// Seconds to render.
+    /// The seconds that the rendering took.
     pub seconds: f64,
-    /// Whether it holds.
+    /// Whether the image agrees with the reference, and the scaled image differs.
     pub passed: bool,
 }
 
 impl Summary {
-    /// Of a run.
+    /// The summary of a run.
     #[must_use]
     pub fn new(evidence: &Evidence) -> Self {
         Self {
@@ -190,7 +190,7 @@ impl SummaryScene {
     }
 }
 
-/// A run in one or two screens of Markdown: its groups and its scenes.
+/// The summary in one or two screens of Markdown: its groups and its scenes.
 #[must_use]
 pub fn markdown(evidence: &Evidence) -> String {
     let mut text = format!("# What etendue claims, checked\n\n{}\n", conclusion(evidence));
@@ -225,7 +225,7 @@ pub fn markdown(evidence: &Evidence) -> String {
     text
 }
 
-/// What was run, whether all of it holds, and how to run it again.
+/// A sentence about the run and its result, and the command that reproduces it.
 fn conclusion(evidence: &Evidence) -> String {
     let failed = evidence.failed();
     let total = evidence.rows.len() + evidence.scenes.len();
@@ -270,7 +270,7 @@ fn words(mark: Mark) -> String {
     format!("{} {}", mark.symbol, mark.word)
 }
 
-/// A row of a table: bars and tags in cells are text.
+/// Appends a row of a table, and escapes bars and tags in its cells.
 fn line(text: &mut String, cells: &[&str]) {
     let escape = |cell: &&str| cell.replace('\\', "\\\\").replace('|', "\\|").replace('<', "&lt;");
     let cells: Vec<_> = cells.iter().map(escape).collect();

@@ -49,7 +49,7 @@ fn paragraphs(lines: &[&str]) -> Vec<String> {
     blocks.map(|block| without_links(&joined(block))).collect()
 }
 
-/// The text with links of the documentation as plain words.
+/// The text with rustdoc links replaced by plain words.
 fn without_links(text: &str) -> String {
     let mut plain = String::new();
     let mut rest = text;

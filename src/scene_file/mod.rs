@@ -123,7 +123,7 @@ pub struct Document {
 /// An object of a scene: an element with a `type`.
 #[derive(Clone, Debug)]
 pub struct Object {
-    /// Its category, which is its tag.
+    /// The category, given by the tag.
     pub category: Category,
     /// The name of its plugin, the `type` attribute; empty for a scene.
     pub plugin: String,

@@ -36,7 +36,7 @@ impl Reader {
         self.fault(file, element, fault);
     }
 
-    /// Makes the file names of plugins point into the `<path>`s, the last of which is looked into first.
+    /// Resolves the file names of plugins against the `<path>`s, the last of which is searched first.
     pub(super) fn apply_paths(&mut self) {
         if self.paths.is_empty() {
             return;

@@ -68,7 +68,7 @@ pub(super) struct Reader {
     pub(super) includes: usize,
     pub(super) drafts: Vec<DraftObject>,
     ids: Ids,
-    /// The scene's folder, where the file names of plugins start.
+    /// The scene's folder, which the file names of plugins are relative to.
     pub(super) folder: Arc<PathBuf>,
     /// The `<path>`s, relative to that folder.
     pub(super) paths: Vec<PathBuf>,
