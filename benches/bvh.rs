@@ -32,7 +32,7 @@ static OURS: LazyLock<Triangles> = LazyLock::new(|| MESH.ours());
 
 fn main() {
     // Builders would otherwise use all threads.
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread can be had");
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread can be started");
     pool.install(divan::main);
 }
 

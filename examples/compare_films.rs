@@ -41,7 +41,8 @@ fn explain(test: &ImageEstimate, reference: &ImageEstimate) -> Result<(), Box<dy
     println!("{} against {}: {}", test.name, reference.name, comparison.conclusion());
     let verdict = comparison.verdict.ok_or("the images have no variances to test by")?;
     let percent = |x: Option<f64>| x.map_or("unknown".to_owned(), |x| format!("{:.2} %", 100.0 * x));
-    // Three tests share the level: the means of the whole image, the worst tile of 8 x 8 pixels, and all tiles together.
+    // Three tests share the level: the means of the whole image, the worst tile of 8 x 8 pixels, and all tiles
+    // together.
     let (means, worst, all) = (verdict.global.p, verdict.peak.p, verdict.scatter.chi2.p);
     println!("    p-values: means {means:.3}, worst tile {worst:.3}, all tiles {all:.3}");
     println!("    differences of the means: {}", verdict.global.relative_difference.map(percent).join(", "));

@@ -85,7 +85,7 @@ pub const LAWS: &[Law] = &[
     },
     Law {
         name: "fresnel/conductor",
-        claim: "The reflectance of a conductor matches its closed form at normal incidence; that of gold is (0.967, 0.802, 0.324).",
+        claim: "The reflectance of a conductor matches its closed form at normal incidence. Gold reflects (0.967, 0.802, 0.324).",
         source: "Born and Wolf 1999, section 14.2; R = ((n-1)² + k²) / ((n+1)² + k²)",
         check: Check::Analytic(fresnel_conductor),
     },

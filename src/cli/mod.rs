@@ -48,7 +48,7 @@ macro_rules! foot {
     };
 }
 
-/// A deterministic light-transport testbed: renders Mitsuba 3 scenes and checks what it renders, with known error rates.
+/// A deterministic light-transport testbed: renders Mitsuba 3 scenes and checks its images, with known error rates.
 #[derive(Debug, Parser)]
 #[command(name = "etendue", version, after_help = exit_codes!())]
 pub(crate) struct Cli {

@@ -15,7 +15,7 @@ use super::{FAILED, numbers, say};
 /// Measures how errors fall with samples, photons or time.
 ///
 /// A study is a TOML file: scenes, methods, and values to vary. assets/studies/README.md describes it. Each run is an
-/// image, rendered by a process of its own with its own seed. Existing runs are kept, so a study that was stopped
+/// image, rendered by its own process with its own seed. Existing runs are kept, so a study that was stopped
 /// continues. The results are rows.jsonl and rows.csv (runs), cells (RMSE, variance and bias with standard errors),
 /// fits.json, plots in SVG, and the page index.html. scripts/convergence.py renders runs of Mitsuba.
 #[derive(Debug, Args)]

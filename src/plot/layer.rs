@@ -160,7 +160,8 @@ impl Shape {
     }
 }
 
-/// How the standard errors of a layer are shown: bars, a band around its line, or arrows where only the upper end is positive.
+/// How the standard errors of a layer are shown: bars, a band around its line, or arrows where only the upper end is
+/// positive.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Errors {
     pub(super) bars: bool,

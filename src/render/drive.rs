@@ -166,7 +166,7 @@ mod tests {
                 assert_eq!(count + u64::from(until_looked_at(count)), pair[1]);
             }
         }
-        assert!(looked.len() < 300, "it is looked at {} times", looked.len());
+        assert!(looked.len() < 300, "it is evaluated {} times", looked.len());
         assert_eq!(until_looked_at(3), 13);
     }
 

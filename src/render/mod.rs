@@ -53,8 +53,8 @@ impl Renderer {
     /// Builds the scene and the integrator of a document.
     ///
     /// # Errors
-    /// All faults of the scene and of the integrator: unknown plugins and parameters, wrong types and ranges, files that
-    /// cannot be read. Also if the integrator cannot render the scene.
+    /// All faults of the scene and of the integrator: unknown plugins and parameters, wrong types and ranges, files
+    /// that cannot be read. Also if the integrator cannot render the scene.
     pub fn new(document: &Document, overrides: &Overrides) -> Result<Self, SceneError> {
         let (scene, integrator) = match (Scene::build(document), Integrator::of_scene(document, overrides)) {
             (Ok(scene), Ok(integrator)) => (scene, integrator),
@@ -92,7 +92,7 @@ impl Renderer {
         warnings
     }
 
-    /// The number of samples of each pixel that the scene asks for.
+    /// The number of samples of each pixel that the scene sets.
     #[must_use]
     pub fn samples(&self) -> u32 {
         self.integrator.samples().unwrap_or(self.scene.sensor.sampler.sample_count())

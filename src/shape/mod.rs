@@ -112,7 +112,7 @@ pub trait ShapeModel {
     /// The first hit with `t_min < t < t_max`.
     fn intersect(&self, ray: &Ray) -> Option<Hit>;
 
-    /// The hierarchy of a shape that has one of its own. Its blocks can be intersected one by one.
+    /// The shape's own hierarchy, if it has one. Its blocks can be intersected one by one.
     fn hierarchy(&self) -> Option<&Bvh> {
         None
     }
@@ -323,8 +323,8 @@ impl Shape {
     }
 }
 
-/// Forwards to the geometry and reverses its normals if `flipped`. Every method is written out, because the default of a
-/// new method would be wrong.
+/// Forwards to the geometry and reverses its normals if `flipped`. Every method is written out, because the default of
+/// a new method would be wrong.
 #[deny(clippy::missing_trait_methods)]
 impl ShapeModel for Shape {
     fn bounds(&self) -> Aabb {

@@ -24,8 +24,9 @@ pub(super) const SEED: u64 = 20_261;
 
 /// Renders a scene and compares it with its reference.
 ///
-/// A difference that the quick effort finds is confirmed by the samples of the standard effort before it counts: few samples of
-/// a scene with rare bright paths are not normally distributed. Confirmation cannot raise the probability of a false alarm.
+/// A difference that the quick effort finds is confirmed by the samples of the standard effort before it counts: few
+/// samples of a scene with rare bright paths are not normally distributed. Confirmation cannot raise the probability of
+/// a false alarm.
 pub(super) fn compare_scene(scene: SceneFile, effort: Effort) -> Result<SceneEvidence, EvidenceError> {
     let evidence = compare_once(&scene, effort)?;
     if evidence.passed || effort != Effort::Quick {

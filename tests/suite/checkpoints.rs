@@ -194,7 +194,7 @@ const REFUSED: [(&str, &str); 23] = [
         "--seed 1 --sampler stratified --spp 8 --resume strata.ck",
         "another number of samples, on which its sampler depends",
     ),
-    ("--seed 1 --spp 3 --resume a.ck", "a.ck: has samples 0 to 3, but only samples 0 to 2 are asked for"),
+    ("--seed 1 --spp 3 --resume a.ck", "a.ck: has samples 0 to 3, but only samples 0 to 2 are requested"),
     ("--seed 1 --spp 4 --shard 1/2 --resume half.ck", "half.ck: has samples 2 to 3, but only samples 0 to 1"),
     ("--seed 1 --resume none.ck", "none.ck: No such file"),
     ("--seed 1 --resume folder", "folder: is a folder"),

@@ -91,7 +91,12 @@ pub(super) const PARAMS: &[Param] = &[
         "false",
         "whether gather rays are also sampled in proportion to the light in the map",
     ),
-    Param::new("raw_estimate", ParamKind::Boolean, "false", "whether to write a layer \"raw\" with the estimate of the global map"),
+    Param::new(
+        "raw_estimate",
+        ParamKind::Boolean,
+        "false",
+        "whether to write a layer \"raw\" with the estimate of the global map",
+    ),
     MAX_DEPTH,
     PHOTON_RR_DEPTH,
     HIDE_EMITTERS,

@@ -98,7 +98,7 @@ pub enum JobError {
     #[error("is of {0}")]
     OtherRender(String),
     /// The checkpoint has samples that were not requested.
-    #[error("has {taken}, but only {asked} are asked for")]
+    #[error("has {taken}, but only {asked} are requested")]
     OtherSamples {
         /// The samples of the checkpoint, in words.
         taken: String,

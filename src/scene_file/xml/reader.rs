@@ -179,7 +179,7 @@ impl Reader {
         let old = self.version(&element, source);
         let file = File { source, old, included, nesting: outer.nesting };
         if included && element.has("name") {
-            let fault = ParseFault::new("the name of an included object is not looked at").on("name");
+            let fault = ParseFault::new("the name of an included object has no effect").on("name");
             self.fault(&file, &element, fault.hint("give the name to the <include>"));
         }
         match outer.parent {

@@ -38,7 +38,8 @@ pub enum Light {
     },
 }
 
-/// A fold of the caustic on a plane: a circle where the landing distance has an extremum and the irradiance is infinite.
+/// A fold of the caustic on a plane: a circle where the landing distance has an extremum and the irradiance is
+/// infinite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fold {
     /// The offset, from the sphere's centre, of the rays that land on the fold.

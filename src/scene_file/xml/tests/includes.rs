@@ -112,7 +112,7 @@ fn refused_includes() {
         ),
         (
             "<bsdf version=\"3.0.0\" type=\"x\" name=\"n\"/>",
-            "a.xml:1:32: the name of an included object is not looked at; give the name to the <include>",
+            "a.xml:1:32: the name of an included object has no effect; give the name to the <include>",
         ),
         (
             "<bsdf version=\"3.0.0\" type=\"x\">\n<float name=\"a\" value=\"b\"/></bsdf>",

@@ -3,7 +3,7 @@ use crate::scene_file::{Category, ObjectId, Value};
 
 /// The scene that has one of everything.
 const WHOLE: &str = r#"<?xml version="1.0"?>
-<!-- text and comments are not looked at -->
+<!-- text and comments are ignored -->
 <scene version="3.0.0" id="all">
   words
   <default name="spp" value="64"/>
