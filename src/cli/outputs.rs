@@ -65,7 +65,7 @@ impl Picture {
             let names: Vec<_> = film.layers.iter().filter(is_colour).map(|spec| spec.name.as_str()).collect();
             anyhow::ensure!(
                 names.contains(&layer.as_str()),
-                "--layer {layer}: the image has no such layer of colours; it has: {}",
+                "--layer {layer}: the image has no such layer with red, green and blue; it has: {}",
                 if names.is_empty() { "none".into() } else { names.join(", ") }
             );
         }

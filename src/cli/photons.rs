@@ -87,7 +87,7 @@ fn mapper(renderer: &Renderer) -> &PhotonMapper {
 
 fn print(kind: PhotonMapKind, emitted: Option<&EmittedPhotons>) -> anyhow::Result<()> {
     let Some(emitted) = emitted else {
-        return say(format_args!("{} map: none, for the scene has neither mirrors nor glass", kind.name()));
+        return say(format_args!("{} map: none, because the scene has neither mirrors nor glass", kind.name()));
     };
     super::warn(emitted.warning(kind).as_slice());
     let (count, stored) = (emitted.emitted, emitted.photons.len());

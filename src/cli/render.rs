@@ -194,7 +194,7 @@ impl Render {
             crop.height
         );
         let samples = self.spp.unwrap_or(renderer.samples());
-        anyhow::ensure!(sample < samples, "sample {sample} is not among the {samples} of a pixel");
+        anyhow::ensure!(sample < samples, "sample {sample} is outside of the {samples} samples of a pixel");
         let seed = self.source.seed().unwrap_or_else(|| renderer.scene.sensor.sampler.seed());
         let mut values = vec![0.0; renderer.film().stride()];
         let mut path = splats::Path::default();

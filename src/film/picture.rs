@@ -49,8 +49,8 @@ pub fn srgb_byte(linear: f64) -> u8 {
 pub enum ToneCurve {
     /// The identity. Values above white are clipped.
     Clip,
-    /// A filmic curve, which has room for highlights: `x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14)`. Narkowicz 2016,
-    /// "ACES Filmic Tone Mapping Curve", a fit to the film of the Academy Color Encoding System.
+    /// A filmic curve, which keeps details in highlights: `x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14)`. Narkowicz
+    /// 2016, "ACES Filmic Tone Mapping Curve", a fit to the film of the Academy Color Encoding System.
     Filmic,
 }
 
@@ -104,7 +104,7 @@ fn png_bytes_with(picture: &RgbImage, texts: &[(String, String)]) -> Vec<u8> {
         writer.write_image_data(picture.pixels.as_flattened())?;
         writer.finish()
     });
-    written.expect("memory takes every picture with as many pixels as its size says");
+    written.expect("writing to memory succeeds if the size matches the pixels");
     bytes
 }
 

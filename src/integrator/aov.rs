@@ -125,7 +125,7 @@ fn check_names(params: &Params<'_>, layers: &[(String, Quantity)], mut taken: Ve
     for (name, _) in layers {
         if taken.contains(name) {
             return Err(params
-                .error("aovs", format!("there is another layer \"{name}\""))
+                .error("aovs", format!("another layer is also called \"{name}\""))
                 .hint("name each differently"));
         }
         taken.push(name.clone());

@@ -30,7 +30,10 @@ impl Described for Moment {
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
         let Some(child) = params.child(Category::Integrator)? else {
-            return Err(SceneError::at(&params.object().place, "an integrator \"moment\" holds another integrator"));
+            return Err(SceneError::at(
+                &params.object().place,
+                "an integrator \"moment\" needs another integrator inside",
+            ));
         };
         Ok(Self { child: Box::new(Integrator::read(params.document(), child)?) })
     }

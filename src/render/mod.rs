@@ -65,7 +65,7 @@ impl Renderer {
             (Err(error), _) | (_, Err(error)) => return Err(error),
         };
         integrator.check(&scene).map_err(|why| {
-            let what = format!("the integrator \"{}\" cannot treat this scene: {why}", integrator.plugin().name);
+            let what = format!("the integrator \"{}\" cannot render this scene: {why}", integrator.plugin().name);
             SceneError::at(&document.object(document.root).place, what)
         })?;
         Ok(Self { scene, integrator })
@@ -82,12 +82,13 @@ impl Renderer {
         }
         // Light paths start at emitters only, and self-emission is not one.
         if self.scene.has_self_emission() && (self.integrator.traces_light() || !self.integrator.has_variance()) {
-            let what = "surfaces with self-emission (the bsdf normals, ambient of phong) are seen, but emit no photons";
+            let what =
+                "surfaces with self-emission (the bsdf normals, ambient of phong) are visible, but emit no photons";
             warnings.push(format!("{what}: some of their light is missing"));
         }
         if self.integrator.traces_light() && !self.scene.has_smooth() {
             let what = "every surface is specular, so that no light path can be connected to the sensor";
-            warnings.push(format!("{what}: only emitters that are seen directly appear"));
+            warnings.push(format!("{what}: only directly visible emitters appear"));
         }
         warnings
     }

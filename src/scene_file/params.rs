@@ -38,7 +38,7 @@ impl<'d> Params<'d> {
         let object = document.object(id);
         if object.category != category {
             let what = format!(
-                "{} \"{}\" stands where {} belongs",
+                "{} \"{}\" is used where {} is needed",
                 object.category,
                 object.plugin,
                 with_article(category.tag())

@@ -95,7 +95,7 @@ fn what_mitsuba_refuses_too() {
         ("samples twice", scene(kit::scene_of(&[both, SENSOR, SKY]), &["\"shading_samples\" stands beside"])),
         ("a material and its index", shapes(metal, &["both a material and its index are given"])),
         ("a hint of another type", shapes(r#"<string name="kd_stop_prims" value="3"/>"#, &["kd_stop_prims"])),
-        ("layers of one name", scene(kit::scene_of(&[layers, SENSOR]), &["there is another layer \"a\""])),
+        ("layers of one name", scene(kit::scene_of(&[layers, SENSOR]), &["another layer is also called \"a\""])),
     ]);
 }
 
@@ -435,7 +435,10 @@ fn options_that_are_wrong() {
         ),
         (
             "wrapper",
-            options("--integrator moment", &["--integrator moment: an integrator \"moment\" holds another integrator"]),
+            options(
+                "--integrator moment",
+                &["--integrator moment: an integrator \"moment\" needs another integrator inside"],
+            ),
         ),
         (
             "parameter",
@@ -462,7 +465,7 @@ fn options_that_are_wrong() {
             options("--param max_depth=nan", &["--param max_depth=nan: \"max_depth\" is a float; must be an integer"]),
         ),
         ("pixel", options("--replay 16,0,0", &["pixel 16,0 is outside of the 16 x 12 film"])),
-        ("sample", options("--replay 0,0,4", &["sample 4 is not among the 4 of a pixel"])),
+        ("sample", options("--replay 0,0,4", &["sample 4 is outside of the 4 samples of a pixel"])),
     ]);
 }
 

@@ -167,7 +167,7 @@ fn scenes_that_photons_cannot_treat() {
     let tracer = r#"<integrator type="ptracer"/>"#;
     let passes = r#"<integrator type="sppm"/>"#;
     let wrapped = format!(r#"<integrator type="moment">{photons}</integrator>"#);
-    const ENDLESS: &[&str] = &["cannot treat this scene: a distant emitter illuminates an infinite plane"];
+    const ENDLESS: &[&str] = &["cannot render this scene: a distant emitter illuminates an infinite plane"];
     const STRONG: &str = r#"<emitter type="point"><rgb name="intensity" value="1e30"/></emitter>"#;
     let stronger = r#"<shape type="rectangle"><transform name="to_world"><scale value="1e6"/></transform>
         <emitter type="area"><rgb name="radiance" value="1e30"/></emitter></shape>"#;
@@ -176,14 +176,17 @@ fn scenes_that_photons_cannot_treat() {
             "mirrors",
             of(
                 &[&photons, SENSOR, BULB, MIRROR],
-                &["\"photonmapper\" cannot treat this scene: no surface can store a photon"],
+                &["\"photonmapper\" cannot render this scene: no surface can store a photon"],
             ),
         ),
-        ("wrapped", of(&[&wrapped, SENSOR, BULB, MIRROR], &["cannot treat this scene: no surface can store a photon"])),
+        (
+            "wrapped",
+            of(&[&wrapped, SENSOR, BULB, MIRROR], &["cannot render this scene: no surface can store a photon"]),
+        ),
         ("nothing", of(&[&photons, SENSOR, BULB], &["no surface can store a photon"])),
         (
             "progressive, mirrors",
-            of(&[passes, SENSOR, BULB, MIRROR], &["\"sppm\" cannot treat this scene: no surface can store a photon"]),
+            of(&[passes, SENSOR, BULB, MIRROR], &["\"sppm\" cannot render this scene: no surface can store a photon"]),
         ),
         ("progressive, nothing", of(&[passes, SENSOR, BULB], &["no surface can store a photon"])),
         ("progressive, sun over a plane", of(&[passes, SENSOR, SUN, plane], ENDLESS)),

@@ -231,12 +231,8 @@ fn checkpoints_of_other_renders_are_refused() {
     let text = fs::read_to_string(folder.path("scene.xml")).unwrap();
     folder.write("scene.xml", text.replace("0.5, 0.7", "0.5, 0.8"));
     fail(&folder, "render scene.xml -o image.exr --seed 1 --resume a.ck", "a.ck: is of another scene");
-    fail(&folder, "merge a.ck a.ck -o image.exr", "a.ck: has samples that are there already: it has samples 0 to 3");
-    fail(
-        &folder,
-        "merge a.ck half.ck -o image.exr",
-        "half.ck: has samples that are there already: it has samples 2 to 3",
-    );
+    fail(&folder, "merge a.ck a.ck -o image.exr", "a.ck: has samples that were already added: samples 0 to 3");
+    fail(&folder, "merge a.ck half.ck -o image.exr", "half.ck: has samples that were already added: samples 2 to 3");
     fail(&folder, "merge half.ck strata.ck -o image.exr", "strata.ck: is of another sampler");
     fail(&folder, "merge a.ck none.ck -o image.exr", "none.ck: No such file");
     fail(&folder, "merge a.ck -o image.png", "images are OpenEXR files");
@@ -259,7 +255,7 @@ fn damaged_checkpoints_are_refused() {
         (&good[..30], "ends after 30 bytes"),
         (&good[..200], &format!("ends after 200 of {} bytes", good.len())),
         (&good[..good.len() - 1], &format!("ends after {} of {} bytes", good.len() - 1, good.len())),
-        (&[&good[..], b"x"].concat(), &format!("goes on after its {} bytes", good.len())),
+        (&[&good[..], b"x"].concat(), &format!("continues after its {} bytes", good.len())),
         (&changed, "is damaged: its SHA-256 is not right"),
         (&[b"etendue checkpoint 2", &good[20..]].concat(), "is a checkpoint of format 2; this program reads format 1"),
     ];

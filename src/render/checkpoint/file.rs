@@ -174,7 +174,7 @@ fn check_length(file: &File, length: u64) -> Result<(), String> {
         Some(said) if first_line(said).as_bytes() != start => Err("is damaged in its first line".into()),
         None => Err("is damaged in its first line".into()),
         Some(said) if length < said => Err(format!("ends after {length} of {said} bytes")),
-        Some(said) if length > said => Err(format!("goes on after its {said} bytes, up to {length}")),
+        Some(said) if length > said => Err(format!("continues after its {said} bytes, up to {length}")),
         Some(_) => Ok(()),
     }
 }

@@ -219,7 +219,7 @@ pub enum MergeError {
     #[error("is of {0}")]
     OtherRender(String),
     /// Both checkpoints have some of the same samples.
-    #[error("has samples that are there already: it has {0}")]
+    #[error("has samples that were already added: {0}")]
     Overlap(String),
     /// Each sample of the integrator depends on those before.
     #[error("is of an integrator whose samples depend on those before, so they cannot be rendered in parts")]

@@ -116,7 +116,7 @@ impl Parameters {
         self.substitutions += 1;
         self.substituted += parameter.value.len();
         if self.substitutions > limit::SUBSTITUTIONS || self.substituted > limit::SUBSTITUTED {
-            return Err(ParseFault::new("the parameters make too much text"));
+            return Err(ParseFault::new("the parameters expand to too much text"));
         }
         result.push_str(&parameter.value);
         Ok(())

@@ -123,8 +123,8 @@ fn check_cycles(objects: &[Object], faults: &mut Faults) {
                     *above = levels.max(*above);
                 }
                 if levels > limit::LEVELS {
-                    let what = format!("objects stand in one another through more than {} levels", limit::LEVELS);
-                    faults.push(&objects[object].place, ParseFault::new(what).hint("refer less deep"));
+                    let what = format!("objects are nested through references more than {} levels deep", limit::LEVELS);
+                    faults.push(&objects[object].place, ParseFault::new(what).hint("use fewer levels"));
                     return;
                 }
                 continue;

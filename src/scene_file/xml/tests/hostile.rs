@@ -92,10 +92,10 @@ fn parameters_that_grow() {
     let value = "x".repeat(1 << 20);
     let text = scene(&format!("<string name=\"a\" value=\"{}\"/>", "$p".repeat(100)));
     let message = parse_with(&text, &[("p", &value)]).expect_err("it is refused").to_string();
-    assert_eq!(message, "s.xml:2:18: the parameters make too much text");
+    assert_eq!(message, "s.xml:2:18: the parameters expand to too much text");
     let text = scene(&format!("<string name=\"a\" value=\"{}\"/>", "$p".repeat(limit::SUBSTITUTIONS + 1)));
     let message = parse_with(&text, &[("p", "")]).expect_err("it is refused").to_string();
-    assert_eq!(message, "s.xml:2:18: the parameters make too much text");
+    assert_eq!(message, "s.xml:2:18: the parameters expand to too much text");
 }
 
 /// Each object refers to the next, so that the nesting depth is proportional to the length of the file.
@@ -112,7 +112,7 @@ fn chains_of_references() {
     read(&chain(limit::LEVELS - 2));
     let message = refused_at_once(chain(100_000));
     assert!(
-        message.ends_with("objects stand in one another through more than 200 levels; refer less deep"),
+        message.ends_with("objects are nested through references more than 200 levels deep; use fewer levels"),
         "{message}"
     );
 }
