@@ -53,7 +53,7 @@ pub struct Identity {
     pub seed: u64,
     /// The number of the replicate.
     pub replicate: u64,
-    /// The size, crop, filter and layers of the film.
+    /// The crop, size and layers of the film.
     pub frame: Frame,
 }
 
