@@ -92,7 +92,7 @@ fn what_mitsuba_refuses_too() {
             "a crop beyond the film",
             scene(kit::scene_of(&[INTEGRATOR, &crop, SKY]), &["the crop of 16 from 3 is not within the film's 16"]),
         ),
-        ("samples twice", scene(kit::scene_of(&[both, SENSOR, SKY]), &["\"shading_samples\" stands beside"])),
+        ("samples twice", scene(kit::scene_of(&[both, SENSOR, SKY]), &["\"shading_samples\" is given beside"])),
         ("a material and its index", shapes(metal, &["both a material and its index are given"])),
         ("a hint of another type", shapes(r#"<string name="kd_stop_prims" value="3"/>"#, &["kd_stop_prims"])),
         ("layers of one name", scene(kit::scene_of(&[layers, SENSOR]), &["another layer is also called \"a\""])),
