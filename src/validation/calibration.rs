@@ -13,7 +13,7 @@ use crate::{
 /// The law of the verdict.
 pub(super) const LAWS: &[Law] = &[Law {
     name: "calibration/a-a",
-    claim: "The verdict is *differs* for about 1 % of pairs of images of one scene with different seeds.",
+    claim: "The verdict finds a difference in about 1 % of pairs of images of one scene with different seeds.",
     source: "the level of the verdict; exact binomial probability of as many rejections or more",
     check: Check::Scenes(calibrate),
 }];
