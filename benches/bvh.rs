@@ -1,7 +1,8 @@
-//! How fast triangles are gathered into a hierarchy and found by rays, next to the `obvhs` crate on the same rays.
+//! The speed of building and traversing a hierarchy of triangles, compared with the `obvhs` crate on the same rays.
 //!
-//! `cargo bench --bench bvh`. All on one thread; compare within one run only. Sets of rays: `primary`, those of a
-//! camera, row by row; `bounce`, which leave the surface in all directions, shuffled; `random`, within the ball.
+//! `cargo bench --bench bvh`. All benchmarks run on one thread; compare numbers of one run only. The sets of rays:
+//! `primary` are the rays of a camera, row by row; `bounce` leave the surface in all directions, in random order;
+//! `random` lie within the ball.
 
 use std::{collections::HashMap, sync::LazyLock, time::Duration};
 
@@ -20,7 +21,7 @@ use obvhs::{
     triangle::Triangle,
 };
 
-/// Rays in each set: the square of the side of the camera's image.
+/// The side of the camera's image; each set has the square of this number of rays.
 const SIDE: usize = 256;
 
 /// Divisions of the icosahedron: 81,920 and 1,310,720 triangles.
@@ -30,8 +31,8 @@ static MESH: LazyLock<Mesh> = LazyLock::new(|| blob(LEVELS[0]));
 static OURS: LazyLock<Triangles> = LazyLock::new(|| MESH.ours());
 
 fn main() {
-    // Builders would otherwise use what threads there are.
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread can be had");
+    // Builders would otherwise use all threads.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread can be started");
     pool.install(divan::main);
 }
 
@@ -113,7 +114,7 @@ fn narrow(ray: &Ray) -> obvhs::ray::Ray {
     obvhs::ray::Ray::new(origin, direction, ray.t_min as f32, ray.t_max as f32)
 }
 
-/// An icosahedron, each face divided into four several times, blown up to a ball with bumps.
+/// An icosahedron whose faces are divided into four several times, projected to a ball with bumps.
 fn blob(levels: u32) -> Mesh {
     let g = f64::midpoint(1.0, 5.0_f64.sqrt());
     let mut positions = vec![];
@@ -170,14 +171,14 @@ fn rays(kind: &str) -> Vec<Ray> {
     }
 }
 
-/// The rays of a camera that sees the blob and something around it.
+/// The rays of a camera that views the blob and some of its surroundings.
 fn camera(side: usize) -> Vec<Ray> {
     let at = |i: usize| (i as f64 + 0.5) / side as f64 - 0.5;
     let ray = |x: usize, y: usize| Ray::new(DVec3::new(0.0, 0.0, 3.6), DVec3::new(at(x), at(y), -1.2).normalize());
     (0..side).flat_map(|y| (0..side).map(move |x| ray(x, y))).collect()
 }
 
-/// A ray that leaves where another one hits, with the density of a diffuse surface.
+/// A ray that starts where another ray hits, with the density of a diffuse surface.
 fn bounce(ray: &Ray, random: &mut Stream) -> Option<Ray> {
     let hit = OURS.closest(ray)?;
     let [a, b, c] = OURS.triangle(hit.triangle);

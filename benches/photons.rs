@@ -1,5 +1,5 @@
-//! Photon maps: how fast a tree of a million photons is built, and how many estimates it answers, beside kiddo alone on the
-//! same points. `cargo bench --bench photons`.
+//! Photon maps: the time to build a tree of a million photons, and the number of estimates per second, compared with
+//! kiddo alone on the same points. `cargo bench --bench photons`.
 
 use std::{num::NonZeroUsize, path::Path, sync::LazyLock};
 
@@ -50,7 +50,7 @@ const PHOTONS: usize = 1_000_000;
 const QUERIES: usize = 10_000;
 const NEAREST: NonZeroUsize = NonZeroUsize::new(50).expect("fifty is not zero");
 
-/// Places that rays from the middle see, in random order.
+/// Points that are visible from the middle of the room, in random order.
 fn sites() -> Vec<GatherPoint> {
     let scene = &SETUP.scene;
     let mut sampler = Stream::at(&[2]);
@@ -115,7 +115,7 @@ fn fifty_nearest_by_kiddo(bencher: Bencher<'_, '_>) {
 fn all_within(bencher: Bencher<'_, '_>) {
     let map = PhotonMap::new(&SETUP.found.positions, SETUP.found.photons.clone());
     let sites = sites();
-    // Some fifty photons.
+    // About fifty photons.
     let lookup = EstimateParameters { nearest: None, radius: 0.02, kernel: Kernel::Epanechnikov };
     bencher.counter(ItemsCount::new(QUERIES)).bench(|| {
         for site in &sites {

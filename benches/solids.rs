@@ -1,8 +1,8 @@
-//! What constructive solid geometry and quadrics cost, next to spheres on the same rays.
+//! The cost of constructive solid geometry and quadrics, compared with spheres on the same rays.
 //!
-//! `cargo bench --bench solids`. All on one thread; compare within one run only. `one_*` tests a single shape, without a
-//! hierarchy, with rays of which about two thirds meet the lens' bounding ball; `many_*` finds the first hit among as many shapes at
-//! the same places.
+//! `cargo bench --bench solids`. All benchmarks run on one thread; compare numbers of one run only. `one_*` tests a
+//! single shape, without a hierarchy; about two thirds of its rays hit the lens' bounding sphere. `many_*` finds the
+//! first hit among equally many shapes at the same positions.
 
 use std::hint::black_box;
 
@@ -58,7 +58,7 @@ fn rays(reach: f64) -> Vec<Ray> {
 
 fn one(bencher: Bencher, element: &str) {
     let (shape, rays) = (shape(element), rays(1.2));
-    // Neither shape nor hit is known to the compiler, as in a traversal.
+    // The compiler must know neither the shape nor the hit, as in a traversal.
     let count = || rays.iter().filter(|ray| black_box(black_box(&shape).intersect(black_box(ray))).is_some()).count();
     bencher.counter(ItemsCount::new(RAYS)).bench(count);
 }
@@ -78,7 +78,7 @@ fn one_quadric(bencher: Bencher) {
     one(bencher, &quadric(DVec3::ZERO));
 }
 
-/// A number of shapes at random points of a cube, of which they fill about a fifth.
+/// Shapes at random points of a cube, which fill about a fifth of it.
 fn many(bencher: Bencher, count: usize, element: impl Fn(DVec3) -> String) {
     let mut stream = Stream::at(&[2]);
     let half = 1.4 * (count as f64).cbrt();

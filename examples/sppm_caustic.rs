@@ -19,8 +19,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = std::env::args().nth(1).map_or_else(std::env::temp_dir, PathBuf::from);
     let renderer = Renderer::new(&ball_on_floor()?, &Overrides::default())?;
 
-    // A pass emits photons and gathers them once from every pixel, so that each pass adds one sample to each pixel. The
-    // callback gets the number of samples that were added, from any thread.
+    // A pass emits photons and gathers them once from every pixel, so each pass adds one sample to each pixel. The
+    // callback receives the number of samples that were added, from any thread.
     let crop = renderer.scene.sensor.film.rendered();
     let samples_of_a_pass = u64::from(crop.width) * u64::from(crop.height);
     let done = AtomicU64::new(0);
@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let passes = (before + samples) / samples_of_a_pass;
         if passes > before / samples_of_a_pass {
             eprint!("\rpass {passes} of {PASSES}");
-            // Progress that cannot be shown is not a reason to stop.
+            // A failure to show the progress is ignored.
             std::io::stderr().flush().unwrap_or_default();
         }
     };
@@ -41,7 +41,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     image.attributes.push(("passes".into(), PASSES.to_string()));
     exr::write(&folder.join("caustic.exr"), &image)?;
 
-    // The PNG file is for the eye: the exposure takes the mean luminance to a middle grey, and what is brighter is clipped.
+    // The PNG file is for viewing: the exposure maps the mean luminance to a middle grey, and brighter values are
+    // clipped.
     let pixels = image.rgb(["R", "G", "B"]).ok_or("the image has no channels R, G and B")?;
     let exposure = picture::automatic_exposure(&pixels);
     picture::write_png(&folder.join("caustic.png"), &picture::tone_mapped(crop.width, &pixels, exposure))?;

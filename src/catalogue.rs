@@ -1,4 +1,4 @@
-//! Everything that scene files can name.
+//! The list of all plugins that scene files can name.
 
 use crate::{
     bsdf::Bsdf,
@@ -28,7 +28,7 @@ pub fn plugins() -> impl Iterator<Item = &'static Plugin> {
     lists.into_iter().flatten().copied()
 }
 
-/// A Markdown table of the plugins of Mitsuba 3.9.1 by what becomes of them here, and of those that Mitsuba lacks.
+/// A Markdown table of the plugins of Mitsuba 3.9.1 by their status in étendue, and of the plugins that Mitsuba lacks.
 #[must_use]
 pub fn mitsuba_table() -> String {
     let mut table = String::from("| | read | not there yet | out of scope | beyond Mitsuba |\n|---|---|---|---|---|\n");

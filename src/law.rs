@@ -1,7 +1,7 @@
-//! Claims that can be checked by computing: what `cargo test` and `etendue verify` both run.
+//! Claims that can be checked by computation. Both `cargo test` and `etendue verify` check them.
 //!
-//! A law is a function that returns numbers; nothing in it decides. [`judge`] is the one place where the level is
-//! set, corrected for how many tests are run.
+//! A law is a function that returns numbers; it does not judge them. Only [`judge`] decides, at a significance level
+//! that is corrected for the number of tests.
 
 use std::path::PathBuf;
 
@@ -14,20 +14,20 @@ use crate::stats::{Equivalence, Estimate, Moments, VerdictConfig, Welch, multipl
 pub struct Law {
     /// A path-like name, such as `fresnel/table`.
     pub name: &'static str,
-    /// What is claimed, in one sentence.
+    /// The claim, in a few sentences.
     pub claim: &'static str,
-    /// Where the claim comes from: a derivation, a paper, a table.
+    /// The source of the claim: a derivation, a paper, a table.
     pub source: &'static str,
-    /// Computes the numbers.
+    /// The function that computes the numbers.
     pub check: Check,
 }
 
 /// How a law is checked.
 #[derive(Clone, Copy, Debug)]
 pub enum Check {
-    /// Against closed forms, in scenes that the law makes.
+    /// Against closed forms, in scenes that the law builds.
     Analytic(fn(Effort) -> Vec<Finding>),
-    /// On every scene file that has a reference, one at a time; nothing is found on a file that the law is not about.
+    /// On every scene file with a reference, one at a time. A law returns no findings for a file that it is not about.
     Scenes(SceneCheck),
 }
 
@@ -53,33 +53,35 @@ impl SceneFile {
     }
 }
 
-/// Why a scene file cannot be checked: it or its reference is missing, broken or stale; one line.
+/// The reason why a scene file cannot be checked: the file or its reference is missing, broken or stale. Displays as
+/// one line.
 pub type CheckError = Box<dyn std::error::Error + Send + Sync>;
 
-/// How much work a check may do.
+/// The amount of work that a check may do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Effort {
-    /// A minute or two for everything, with coarser power: fewer samples, wider bounds of equivalence.
+    /// A minute or two for everything, with less power: fewer samples, wider equivalence bounds.
     Quick,
-    /// Minutes: the samples that the bounds of laws are chosen for.
+    /// Minutes, with the samples that the bounds of laws are chosen for.
     Standard,
     /// Sixteen times the samples of the standard effort.
     Full,
 }
 
-/// The quick effort takes one sample where the standard one takes this many.
+/// The number of samples at the standard effort for each sample at the quick effort.
 const QUICK_SHARE: u32 = 8;
-/// The quick effort takes no fewer samples than this, unless the standard one does: a t test of fewer has no power.
+/// The minimum number of samples at the quick effort, unless the standard effort takes fewer. A t test of fewer samples
+/// has no power.
 const MIN_SAMPLES: u32 = 8;
-/// The standard deviation of few samples is uncertain: that of 8 is up to 1.5 times the true one, in all but 2.5 % of
-/// cases.
+/// The factor that widens bounds at the quick effort. The standard deviation of few samples is uncertain: in 97.5 % of
+/// cases the estimate from 8 samples is at most 1.5 times the true one.
 const SLACK: f64 = 1.5;
 
 impl Effort {
-    /// Every effort, the least first.
+    /// Every effort, in rising order.
     pub const ALL: [Self; 3] = [Self::Quick, Self::Standard, Self::Full];
 
-    /// The name that the command line and the report use.
+    /// The name on the command line and in the report.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -89,7 +91,7 @@ impl Effort {
         }
     }
 
-    /// The option of the command line that asks for it, after a space; empty for the quick effort.
+    /// The command-line option, after a space; empty for the quick effort.
     #[must_use]
     pub fn option(self) -> &'static str {
         match self {
@@ -99,7 +101,7 @@ impl Effort {
         }
     }
 
-    /// How many samples to take where the standard effort takes a given number.
+    /// The number of samples at this effort, given the number at the standard effort.
     #[must_use]
     pub fn samples(self, standard: u32) -> u32 {
         match self {
@@ -109,16 +111,16 @@ impl Effort {
         }
     }
 
-    /// How many samples to take where fewer than at the standard effort would show nothing: events are rare, or the
-    /// claim names the precision.
+    /// The number of samples for a law that would be inconclusive with fewer than at the standard effort, because
+    /// events are rare or the claim states the precision.
     #[must_use]
     pub fn needed_samples(self, standard: u32) -> u32 {
         self.samples(standard).max(standard)
     }
 
-    /// The bound of equivalence for [`Effort::samples`], where a number of samples of the standard effort has the given
-    /// one. At the quick effort it is wider, as the confidence interval of the mean of fewer samples is, and [`SLACK`]
-    /// times as wide again.
+    /// The equivalence bound for [`Effort::samples`], given the bound at the standard effort. At the quick effort the
+    /// bound is wider, like the confidence interval of a mean of fewer samples, and wider again by the factor
+    /// [`SLACK`].
     #[must_use]
     pub fn bound(self, standard: u32, bound: f64) -> f64 {
         let half_width = |samples: u32| Equivalence::half_width(f64::from(samples));
@@ -132,7 +134,8 @@ impl Effort {
         }
     }
 
-    /// The level of the verdict on a scene and the bias that it must detect: half a percent, and 2 % at the quick effort.
+    /// The configuration of verdicts on scenes: the level of each, and the bias that must be detectable, which is half a
+    /// percent, or 2 % at the quick effort.
     #[must_use]
     pub fn verdict(self) -> VerdictConfig {
         let standard = VerdictConfig { alpha: sidak_level(LEVEL, MAX_SCENES), ..VerdictConfig::default() };
@@ -142,75 +145,75 @@ impl Effort {
         }
     }
 
-    /// The factor by which an image is falsified, to see that its verdict would notice.
+    /// The factor by which an image is scaled, to check that the verdict detects a known bias.
     #[must_use]
     pub fn falsification(self) -> f64 {
         1.0 + self.verdict().target_bias
     }
 }
 
-/// One number that a law yields.
+/// One number that a law computes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// What it is about: a plugin, a parameter, an angle.
+    /// The subject: a plugin, a parameter, an angle.
     pub subject: String,
     /// The number.
     pub measured: Measured,
-    /// What it sums up, for a drawing.
+    /// The measurements behind the number, for a plot.
     pub curve: Option<Curve>,
     /// The scatter behind a test of means.
     pub scatter: Option<Scatter>,
 }
 
-/// The scatter behind a test of means, from which follows the bias that the test would have detected.
+/// The scatter behind a test of means. It determines the bias that the test would have detected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scatter {
-    /// The mean that was expected.
+    /// The expected mean.
     pub expected: f64,
     /// The standard error of the difference.
     pub std_error: f64,
-    /// Its degrees of freedom.
+    /// The degrees of freedom of the standard error.
     pub dof: f64,
 }
 
-/// Measurements along a line with what they should be.
+/// Measurements along a curve, with the expected curve.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Curve {
-    /// What runs from left to right, and what upwards.
+    /// The titles of the horizontal and the vertical axis.
     pub axes: [&'static str; 2],
-    /// Points on the line of what should be, from left to right; all values above 0.
+    /// Points of the expected curve, from left to right; all values are above 0.
     pub expected: Vec<[f64; 2]>,
-    /// Places with what was found there, and its standard error.
+    /// Measurements as x, y and the standard error of y.
     pub found: Vec<[f64; 3]>,
-    /// A place to mark, and what is there.
+    /// An x to mark, and its label.
     pub mark: Option<(f64, &'static str)>,
 }
 
-/// A number with what it is held against.
+/// A number, and what it is compared with.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Measured {
-    /// A computed value and the one it should have, within a bound that was derived.
+    /// A computed value and its expected value, within a derived bound.
     Value {
-        /// What was computed.
+        /// The computed value.
         value: f64,
-        /// What it should be.
+        /// The expected value.
         expected: f64,
-        /// The largest allowed distance of the two.
+        /// The largest allowed difference of the two.
         bound: f64,
     },
     /// A test of whether two means are equal within a bound.
     Equivalence {
-        /// How far apart they may be at the level of [`equivalence`](crate::stats::equivalence), relative to the
-        /// expected one.
+        /// The confidence limit of the difference at the level of [`equivalence`](crate::stats::equivalence), relative
+        /// to the expected mean.
         limit: f64,
-        /// The largest allowed distance, relative too.
+        /// The largest allowed relative difference.
         bound: f64,
     },
     /// A test of a hypothesis.
     Test {
-        /// What was tested and its statistic, for the reader.
+        /// The hypothesis and its test statistic, for the reader.
         statistic: String,
-        /// The chance of a statistic at least as extreme if the claim holds.
+        /// The probability of a statistic at least as extreme if the claim holds.
         p: f64,
     },
 }
@@ -220,12 +223,12 @@ impl Finding {
         Self { subject: subject.into(), measured, curve: None, scatter: None }
     }
 
-    /// A value that should be within a bound of another.
+    /// A value that must be within a bound of its expected value.
     pub fn value(subject: impl Into<String>, value: f64, expected: f64, bound: f64) -> Self {
         Self::new(subject, Measured::Value { value, expected, bound })
     }
 
-    /// A number that should be 0 within a bound: the worst of many errors.
+    /// A number that must be 0 within a bound, such as the largest of many errors.
     pub fn error(subject: impl Into<String>, error: f64, bound: f64) -> Self {
         Self::value(subject, error, 0.0, bound)
     }
@@ -235,13 +238,13 @@ impl Finding {
         Self::new(subject, Measured::Test { statistic: statistic.into(), p })
     }
 
-    /// The same, with a drawing.
+    /// The same finding with the data of a plot.
     #[must_use]
     pub fn drawn(self, curve: Curve) -> Self {
         Self { curve: Some(curve), ..self }
     }
 
-    /// A test of whether samples have a mean that is known exactly; a comparison if they do not scatter.
+    /// Tests whether samples have a given mean. If the samples do not scatter, it is a comparison with a bound.
     pub fn mean(subject: impl Into<String>, samples: &Moments, expected: f64) -> Self {
         if is_constant(samples) {
             return Self::value(subject, samples.mean, expected, ROUNDING * expected.abs());
@@ -252,7 +255,7 @@ impl Finding {
         Self::welch(subject, statistic, &test, expected)
     }
 
-    /// A test of whether two lots of samples have the same mean.
+    /// Tests whether two sets of samples have the same mean.
     pub fn equal_means(subject: impl Into<String>, one: &Moments, other: &Moments) -> Self {
         if is_constant(one) && is_constant(other) {
             return Self::mean(subject, one, other.mean);
@@ -267,16 +270,17 @@ impl Finding {
         Self { scatter: Some(scatter), ..Self::test(subject, statistic, test.p) }
     }
 
-    /// The relative bias of a mean that its test at a level would have detected 99 times in a hundred, if this is a
-    /// test of means and the expected mean is not 0.
+    /// The relative bias of a mean that the test at a level would have detected with a probability of 99 %. None if
+    /// this is not a test of means, or the expected mean is 0.
     #[must_use]
     pub fn detectable_bias(&self, level: f64) -> Option<f64> {
         let Scatter { expected, std_error, dof } = self.scatter?;
         power::detectable_bias(expected, std_error, dof, level, POWER)
     }
 
-    /// Whether two lots of samples have means that are equivalent: equal within a share of the other's, at the level of
-    /// [`equivalence`](crate::stats::equivalence). The value is how far apart they may be at that level.
+    /// Tests whether two means are equivalent: equal within a relative bound, at the level of
+    /// [`equivalence`](crate::stats::equivalence). The value is the confidence limit of their relative difference at
+    /// that level.
     pub fn equivalent(subject: impl Into<String>, ours: &Estimate, other: &Estimate, bound: f64) -> Self {
         let found = Equivalence::test(ours, other, bound * other.mean.abs());
         let percent = |x: f64| 100.0 * x / other.mean.abs();
@@ -293,13 +297,13 @@ impl Finding {
     }
 }
 
-/// How surely a bias is detected of which a test is said to detect it.
+/// The probability with which a test detects its detectable bias.
 pub const POWER: f64 = 0.99;
 
-/// What rounding may take from a number that is computed in a few hundred steps.
+/// The relative rounding error of a number that is computed in a few hundred steps.
 const ROUNDING: f64 = 1e-12;
 
-/// Whether samples scatter no more than by rounding, where a test would take that for their standard error.
+/// Whether samples scatter no more than by rounding. A test would take rounding for their standard error.
 fn is_constant(samples: &Moments) -> bool {
     samples.m2 <= samples.n as f64 * (ROUNDING * samples.mean).powi(2)
 }
@@ -308,7 +312,7 @@ fn estimate(samples: &Moments) -> Estimate {
     Estimate::from_moments(samples).expect("a law takes two samples or more")
 }
 
-/// The worst of the errors that are noted for each subject; NaN is worse than any number.
+/// The largest of the errors that are noted for each subject; NaN is larger than any number.
 pub fn worst(bound: f64, collect: impl FnOnce(&mut dyn FnMut(&str, f64))) -> Vec<Finding> {
     let mut worst: Vec<(String, f64)> = Vec::new();
     collect(&mut |subject, error| match worst.iter_mut().find(|(known, _)| known == subject) {
@@ -319,26 +323,26 @@ pub fn worst(bound: f64, collect: impl FnOnce(&mut dyn FnMut(&str, f64))) -> Vec
     worst.into_iter().map(|(subject, error)| Finding::error(subject, error, bound)).collect()
 }
 
-/// The chance that any of all tests of a complete run fails although every claim holds.
+/// The probability that any test of a complete run fails although every claim holds.
 pub const LEVEL: f64 = 0.01;
 
-/// The number of tests that a complete run may have. It is a round number above the one that there is, so that a new
-/// plugin leaves the level as it is; a test of `validation` compares the two.
+/// The maximum number of tests in a complete run. It is a round number above the current number, so that a new plugin
+/// does not change the level. A test of `validation` compares the two.
 pub const MAX_TESTS: usize = 2500;
 
-/// The number of scenes that a complete run may compare with their references. It is a round number above the one that
-/// there is, like [`MAX_TESTS`]. The level of each scene is Šidák-corrected for it, so that the chance that any scene of
-/// a complete run is rejected although all are right is at most [`LEVEL`].
+/// The maximum number of scenes that a complete run compares with their references, also a round number. The level of
+/// each scene is Šidák-corrected for it: if all images are correct, the probability that a complete run rejects any
+/// scene is at most [`LEVEL`].
 pub const MAX_SCENES: usize = 200;
 
 /// The level at which each test fails, Šidák-corrected for [`MAX_TESTS`]. It is the same for a selection of laws as for
-/// all, so that no selection fails where the complete run holds.
+/// all of them, so that a selection does not fail where the complete run holds.
 #[must_use]
 pub fn level_of_each() -> f64 {
     sidak_level(LEVEL, MAX_TESTS)
 }
 
-/// Whether a finding bears the claim out, at the level of a single test. NaN never does.
+/// Whether a finding supports the claim, at the level of a single test. NaN never does.
 #[must_use]
 pub fn judge(finding: &Finding, level: f64) -> bool {
     match &finding.measured {
@@ -363,10 +367,10 @@ mod tests {
     #[test]
     fn only_the_quick_effort_widens_bounds() {
         assert_eq!([Effort::Standard, Effort::Full].map(|effort| effort.bound(24, 0.01)), [0.01; 2]);
-        // t(0.99, 7) = 2.9980 and t(0.99, 23) = 2.4999 (tables); the factor √3 is that of the standard error.
+        // t(0.99, 7) = 2.9980 and t(0.99, 23) = 2.4999 (tables); the factor √3 comes from the standard error.
         let expected = 0.01 * SLACK * 3.0_f64.sqrt() * 2.9980 / 2.4999;
         assert!((Effort::Quick.bound(24, 0.01) / expected - 1.0).abs() < 1e-4);
-        // As many samples as at the standard effort need no wider bound.
+        // With as many samples as at the standard effort, the bound is not wider.
         assert_eq!(Effort::Quick.bound(3, 0.01), 0.01);
         assert_eq!(Effort::ALL.map(|effort| effort.needed_samples(24)), [24, 24, 384]);
     }

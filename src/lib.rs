@@ -7,7 +7,7 @@
 //!
 //! # A first image
 //!
-//! A white ball under a uniform environment cannot be seen: it reflects from every direction what it hides.
+//! A white ball in a uniform environment is invisible: it reflects the same radiance that it hides.
 //!
 //! ```
 //! use etendue::prelude::*;
@@ -35,23 +35,24 @@
 //!
 //! # A tour
 //!
-//! The modules stand in layers: each uses only itself and those before it, which a test checks. The terms that are our
-//! own are defined in the [`glossary`].
+//! The modules form layers: each module uses only itself and the modules before it. A test checks this. The
+//! [`glossary`] defines the terms that are our own.
 //!
-//! 1. **Foundations.** [`memory`] makes room that may not be had. [`math`] has rays, boxes, frames, densities and
-//!    random streams. [`stats`] has moments, exact sums, tests and the verdict on two images. [`law`] is how claims are
-//!    written down.
+//! 1. **Foundations.** [`memory`] allocates large arrays and reports failures. [`math`] has rays, boxes, frames,
+//!    densities and random streams. [`stats`] has moments, exact sums, tests and the verdict on two images. [`law`]
+//!    defines claims and how they are judged.
 //! 2. **Scene descriptions.** [`scene_file`] makes a [`Document`](scene_file::Document) from Mitsuba's XML
-//!    ([`scene_file::xml`]) or from code ([`scene_file::builder`]). [`provenance`] hashes what a scene was made from.
+//!    ([`scene_file::xml`]) or from code ([`scene_file::builder`]). [`provenance`] hashes the files of a scene.
 //! 3. **Scenes.** Each kind of plugin has a module with a closed list of members, whose documentation is their manual:
-//!    [`texture`], [`shape`], [`bsdf`], [`emitter`], [`sampler`], [`film`], [`sensor`]. A [`scene`] holds what a document
-//!    describes, ready for rays.
-//! 4. **Light transport.** [`transport`] has what integrators share, [`photon`] has photon maps, and [`integrator`] has
-//!    the estimators: `path`, `ptracer`, `photonmapper`, `sppm` and others. A [`Renderer`](render::Renderer) of
-//!    [`render`] takes samples on all threads and adds them to a [`Film`](film::Film).
-//! 5. **Use and checks.** The [`catalogue`] lists all plugins with their parameters. A [`comparison`] judges two
-//!    images. The [`prelude`] has what most programs need. `validation` runs all laws and compares all scenes, `report`
-//!    shows the result as a page, and a `study` measures how errors fall.
+//!    [`texture`], [`shape`], [`bsdf`], [`emitter`], [`sampler`], [`film`], [`sensor`]. A [`scene`] is built from a
+//!    document, for ray tracing.
+//! 4. **Light transport.** [`transport`] has the code that integrators share, [`photon`] has photon maps, and
+//!    [`integrator`] has the estimators: `path`, `ptracer`, `photonmapper`, `sppm` and others. A
+//!    [`Renderer`](render::Renderer) of [`render`] takes samples on all threads and adds them to a
+//!    [`Film`](film::Film).
+//! 5. **Use and checks.** The [`catalogue`] lists all plugins with their parameters. A [`comparison`] computes the
+//!    verdict on two images. The [`prelude`] has what most programs need. `validation` runs all laws and compares all
+//!    scenes, `report` writes the result as a page, and a `study` measures how errors fall.
 //!
 //! The command line is the binary's own module and not part of the library.
 //!

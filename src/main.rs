@@ -1,4 +1,4 @@
-//! The `etendue` command: reads its arguments, calls the library, and turns the answer into an exit code.
+//! The `etendue` command: parses its arguments, calls the library, and returns an exit code.
 
 mod cli;
 

@@ -1,4 +1,4 @@
-//! Memory that may not be there.
+//! Allocation of large arrays that reports a lack of memory.
 
 use std::cell::Cell;
 
@@ -8,18 +8,18 @@ thread_local! {
     static IS_TRYING: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Memory that was asked for and is not there.
+/// The error of an allocation that failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error("{:.1} GB of memory are not available", *bytes as f64 * 1e-9)]
 pub struct NoMemory {
-    /// How much was asked for.
+    /// The number of bytes that were requested.
     pub bytes: usize,
 }
 
 /// A vector of `count` copies of a value.
 ///
 /// # Errors
-/// If there is no memory for them.
+/// If there is not enough memory.
 pub fn try_filled<T: Clone>(value: T, count: usize) -> Result<Vec<T>, NoMemory> {
     let mut filled = Vec::new();
     IS_TRYING.set(true);
@@ -30,8 +30,8 @@ pub fn try_filled<T: Clone>(value: T, count: usize) -> Result<Vec<T>, NoMemory> 
     Ok(filled)
 }
 
-/// Whether this thread asks for memory that it can do without. An allocator that ends the program where memory is short
-/// has to return null instead.
+/// Whether this thread is in an allocation that may fail. An allocator that ends the program when memory runs out must
+/// return null here instead.
 #[must_use]
 pub fn is_trying() -> bool {
     IS_TRYING.get()

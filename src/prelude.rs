@@ -1,4 +1,4 @@
-//! What most programs that use the library need: `use etendue::prelude::*;`.
+//! The items that most programs need: `use etendue::prelude::*;`.
 //!
 //! | to | there are |
 //! |---|---|

@@ -1,4 +1,4 @@
-//! Where an image comes from: what stands in its header.
+//! The provenance of an image, for its header.
 
 use std::{fs, io, path::PathBuf};
 
@@ -6,7 +6,7 @@ use sha2::{Digest as _, Sha256};
 
 use crate::scene_file::{Document, Value};
 
-/// The version of this program, with the commit it was built from where that is known.
+/// The version of this program, with the commit that it was built from, if known.
 #[must_use]
 pub fn version() -> String {
     match option_env!("ETENDUE_COMMIT") {
@@ -15,7 +15,7 @@ pub fn version() -> String {
     }
 }
 
-/// The files that a scene is made of: its XML files, the scene itself first, then meshes and textures by name.
+/// The files of a scene: its XML files, the scene file first, then meshes and textures by name.
 #[must_use]
 pub fn files(document: &Document) -> Vec<PathBuf> {
     let mut others: Vec<PathBuf> = Vec::new();
@@ -39,8 +39,8 @@ pub fn hash_of_file(path: &std::path::Path) -> io::Result<String> {
     Ok(hexadecimal(&Sha256::digest(fs::read(path)?)))
 }
 
-/// The SHA-256 of what a scene is made of, in hexadecimal: of the hashes of all its files, in order, after all objects
-/// and parameters if it was built in code.
+/// The SHA-256 of the content of a scene, in hexadecimal: of the hashes of all its files, in order. For a scene built
+/// in code, all objects and parameters come first.
 ///
 /// # Errors
 /// If a file cannot be read.

@@ -22,7 +22,7 @@ use crate::{
 /// materials, or between such a surface and a camera or emitter in the medium, is not attenuated.
 #[derive(Clone, Debug)]
 pub struct Glass<K> {
-    /// The index of refraction inside over that outside.
+    /// The index of refraction inside, divided by the index outside.
     eta: f64,
     /// Computes reflectance and refraction from the cosine of `wi` and the relative index.
     interface: fn(f64, f64) -> Interface,

@@ -85,7 +85,7 @@ pub const LAWS: &[Law] = &[
     },
     Law {
         name: "fresnel/conductor",
-        claim: "The reflectance of a conductor matches its closed form at normal incidence; that of gold is (0.967, 0.802, 0.324).",
+        claim: "The reflectance of a conductor matches its closed form at normal incidence. Gold reflects (0.967, 0.802, 0.324).",
         source: "Born and Wolf 1999, section 14.2; R = ((n-1)² + k²) / ((n+1)² + k²)",
         check: Check::Analytic(fresnel_conductor),
     },
@@ -147,7 +147,7 @@ fn sampled_outside(observed: &[u64]) -> f64 {
     observed[..observed.len() - 1].iter().sum::<u64>() as f64
 }
 
-/// The expected number of samples in each cell, and last that of failed samples and delta lobes.
+/// The expected number of samples in each cell. The last number counts failed samples and delta lobes.
 fn expected_counts(bsdf: &Bsdf, query: &Query, samples: f64) -> Vec<f64> {
     let mut expected: Vec<f64> = (0..CELLS.0 * CELLS.1).map(|cell| expected_in(bsdf, query, samples, cell)).collect();
     let kept: f64 = expected.iter().sum();

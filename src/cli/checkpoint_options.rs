@@ -1,4 +1,4 @@
-//! When a render ends, what of it is kept, and from where it goes on.
+//! Options for long renders: when they end, what they write, and where they resume.
 
 use std::{
     path::{Path, PathBuf},
@@ -25,16 +25,18 @@ pub(super) struct CheckpointOptions {
     /// The time between checkpoints, such as 90s, 2m or 1.5h
     #[arg(long, alias = "every", value_name = "TIME", default_value = "60s", value_parser = duration)]
     pub(super) checkpoint_every: Duration,
-    /// Resume this checkpoint of the same render, and write on to it unless --checkpoint names another file. The image
-    /// is that of an uninterrupted render, to the last bit. Without --spp, the number of samples is that of the
-    /// checkpoint
+    /// Resume this checkpoint of the same render, and update it unless --checkpoint names another file. The image is
+    /// equal to the image of an uninterrupted render, to the last bit. Without --spp, the checkpoint determines the
+    /// number of samples
     #[arg(long, value_name = "FILE")]
     pub(super) resume: Option<PathBuf>,
-    /// End after this time, such as 90s, 2m or 1.5h. Without --spp it is the only end, if the sampler allows
+    /// End after this time, such as 90s, 2m or 1.5h. Without --spp the number of samples is then unlimited, if the
+    /// sampler allows
     #[arg(long, alias = "time", value_name = "TIME", value_parser = duration)]
     pub(super) time_limit: Option<Duration>,
     /// End when the relative error is below this value, such as 1% or 0.01: the root of the mean variance of all
-    /// pixels, over the mean of the image. Without --spp it is the only end, if the sampler allows
+    /// pixels, divided by the mean of the image. Without --spp the number of samples is then limited only by a maximum,
+    /// if the sampler allows
     #[arg(long, value_name = "ERROR", value_parser = error)]
     pub(super) target_error: Option<f64>,
     /// Render part I of N of the samples of every pixel; etendue merge adds the checkpoints of all parts
@@ -69,12 +71,12 @@ impl CheckpointOptions {
         self.checkpoint.as_deref().or(self.resume.as_deref())
     }
 
-    /// Checks before the work that the checkpoint can be written, and that it replaces no other file.
+    /// Checks before the work that the checkpoint can be written, and that it does not overwrite another kind of file.
     pub(super) fn check_file(&self) -> anyhow::Result<()> {
         let Some(file) = self.file() else { return Ok(()) };
         check_writable(file)?;
         let is_ours = !file.exists() || Checkpoint::is_at(file) || std::fs::metadata(file)?.len() == 0;
-        anyhow::ensure!(is_ours, "{}: is another file than a checkpoint; name a new file", file.display());
+        anyhow::ensure!(is_ours, "{}: is not a checkpoint; name a new file", file.display());
         Ok(())
     }
 
@@ -87,7 +89,7 @@ impl CheckpointOptions {
     pub(super) fn check_shard(&self) -> anyhow::Result<()> {
         anyhow::ensure!(
             self.shard.is_none() || self.file().is_some(),
-            "--shard: etendue merge needs a checkpoint of each part, an image will not do; give --checkpoint FILE"
+            "--shard: etendue merge needs a checkpoint of each part, not an image; give --checkpoint FILE"
         );
         Ok(())
     }
@@ -98,8 +100,8 @@ impl CheckpointOptions {
     }
 }
 
-/// The signals that ask for an end: of the keyboard, of whoever ends the session or the machine, and of the schedulers
-/// of clusters shortly before they kill (`#SBATCH --signal=USR1@120`).
+/// The signals that end a render: of the keyboard, of the end of a session or of the system, and of cluster schedulers
+/// shortly before they kill a job (`#SBATCH --signal=USR1@120`).
 #[cfg(unix)]
 const POLITE: [std::ffi::c_int; 4] = {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
@@ -108,7 +110,7 @@ const POLITE: [std::ffi::c_int; 4] = {
 #[cfg(not(unix))]
 const POLITE: [std::ffi::c_int; 2] = [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM];
 
-/// Becomes true when the user or the system wants the program to end. A second Ctrl-C ends it at once; the other
+/// A flag that becomes true when the user or the system ends the program. A second Ctrl-C ends it at once. The other
 /// signals may arrive several times, once for each thread of a parent that was killed.
 pub(super) fn interruptions() -> anyhow::Result<Arc<AtomicBool>> {
     use signal_hook::{consts::SIGINT, flag};

@@ -18,10 +18,10 @@ use super::{FAILED, say};
 
 /// Decides whether two images have the same expectation.
 ///
-/// The answer is agrees, differs, or undecided, which means that there are too few samples. It needs the variances of
-/// both images (the layers variance.R, .G and .B, which etendue writes), and independent images: use different seeds.
-/// R, G and B are compared, no other layer. Images that are equal to the last bit are identical. The reference is an
-/// image, or a folder made by scripts/make_references.py or compare_live.py.
+/// The answer is agrees, differs, or undecided, which means that there are too few samples. The test needs the
+/// variances of both images (the layers variance.R, .G and .B, which etendue writes). It assumes independent images:
+/// use different seeds. It compares R, G and B, and no other layer. Images that are equal to the last bit are
+/// identical. The reference is an image, or a folder made by scripts/make_references.py or compare_live.py.
 #[derive(Debug, Args)]
 pub(crate) struct Compare {
     /// The image to test

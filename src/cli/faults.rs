@@ -1,4 +1,4 @@
-//! The library's errors in the words of the command line: with the options that they are about.
+//! The library's errors with the command-line options that they refer to.
 
 use std::path::Path;
 
@@ -28,7 +28,7 @@ fn line(fault: &Diagnostic) -> String {
     }
 }
 
-/// Why a render cannot be done as it is asked for, or not from the checkpoint that it was to go on from.
+/// Why a render cannot be done as requested, or cannot continue from its checkpoint.
 pub(super) fn of_job(error: &JobError, resumed: Option<&Path>) -> anyhow::Error {
     match (error, resumed) {
         (JobError::Scene(error), _) => of_scene(error),

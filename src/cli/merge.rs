@@ -7,10 +7,9 @@ use super::{check_writable, outputs::Picture, say};
 
 /// Merges checkpoints of one render into an image.
 ///
-/// The checkpoints must be of the same scene, integrator, sampler and seed, with different samples, such as those of
-/// etendue render
-/// --shard 1/4, --shard 2/4, ... The channels of the image are those of a single render with all these samples, to the last bit. The
-/// scene itself is not needed.
+/// The checkpoints must have the same scene, integrator, sampler and seed, and different samples, as with etendue
+/// render --shard 1/4, --shard 2/4, ... The channels of the merged image are equal to the channels of a single render
+/// with all these samples, to the last bit. The scene itself is not needed.
 #[derive(Debug, Args)]
 pub(crate) struct Merge {
     /// The checkpoints, in any order

@@ -48,7 +48,7 @@ macro_rules! foot {
     };
 }
 
-/// A deterministic light-transport testbed: renders Mitsuba 3 scenes and checks what it renders, with known error rates.
+/// A deterministic light-transport testbed: renders Mitsuba 3 scenes and checks its images, with known error rates.
 #[derive(Debug, Parser)]
 #[command(name = "etendue", version, after_help = exit_codes!())]
 pub(crate) struct Cli {
@@ -136,7 +136,7 @@ fn warn(warnings: &[String]) {
     warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
 }
 
-/// Checks that a file can be written, before the work.
+/// Checks before the work that a file can be written.
 fn check_writable(output: &Path) -> anyhow::Result<()> {
     let folder = output.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     anyhow::ensure!(!output.is_dir(), "{}: is a folder", output.display());

@@ -10,7 +10,7 @@ use etendue::film::{
 
 use super::check_writable;
 
-/// The picture that can lie beside an image.
+/// Options of the picture beside an image.
 #[derive(Debug, Args)]
 pub(super) struct Picture {
     /// Write a tone-mapped PNG beside the image
@@ -27,7 +27,7 @@ pub(super) struct Picture {
     tonemap: Curve,
 }
 
-/// The curves by their names.
+/// The tone curves by their names.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Curve {
     Clip,
@@ -55,7 +55,8 @@ pub(super) struct Outputs<'a> {
 }
 
 impl Picture {
-    /// The files of a film's image with this picture, which can be written as far as can be told before the work.
+    /// The files of a film's image with this picture. Checks, as far as possible before the work, that they can be
+    /// written.
     pub(super) fn beside<'a>(&'a self, exr: &'a Path, film: &Film) -> anyhow::Result<Outputs<'a>> {
         let is_exr = exr.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
         anyhow::ensure!(is_exr, "{}: images are OpenEXR files; give it a name that ends in .exr", exr.display());
@@ -64,7 +65,7 @@ impl Picture {
             let names: Vec<_> = film.layers.iter().filter(is_colour).map(|spec| spec.name.as_str()).collect();
             anyhow::ensure!(
                 names.contains(&layer.as_str()),
-                "--layer {layer}: the image has no such layer of colours; it has: {}",
+                "--layer {layer}: the image has no such layer with red, green and blue; it has: {}",
                 if names.is_empty() { "none".into() } else { names.join(", ") }
             );
         }
@@ -75,15 +76,15 @@ impl Picture {
 }
 
 impl Outputs<'_> {
-    /// Makes sure that no other file is to be written to the same place.
+    /// Checks that no other output has the same path.
     pub(super) fn are_not(&self, other: &Path) -> anyhow::Result<()> {
         let is_one = [self.exr].into_iter().chain(self.png.as_deref()).any(|file| file == other);
         anyhow::ensure!(!is_one, "{}: is named twice; give the two files different names", other.display());
         Ok(())
     }
 
-    /// Writes the image, and the picture with the exposure that it gets, which both headers say; returns what there is
-    /// to tell about the picture.
+    /// Writes the image and the picture. Both headers state the exposure of the picture. Returns a message about the
+    /// picture, if there is one.
     pub(super) fn write(&self, image: &mut Image) -> anyhow::Result<Option<String>> {
         let Some(png) = &self.png else {
             exr::write(self.exr, image)?;

@@ -16,10 +16,10 @@ use super::{check_writable, say, source::SceneOptions};
 /// Emits the photons of a scene and reports their power, without rendering.
 ///
 /// Photon mapping stores photons where they hit surfaces with a smooth lobe. The global map holds all of them. The
-/// caustic map holds only those that mirrors or glass cast there; they are emitted separately. The photons are exactly
-/// those that etendue render uses with the same seed and parameters. If the scene's integrator is not photonmapper, a
-/// photonmapper with default parameters emits them; it keeps max_depth and rr_depth, and --param sets others, such as
-/// --param global_photons=10000.
+/// caustic map holds only photons that arrive through mirrors or glass; they are emitted separately. The photons are
+/// exactly the ones that etendue render uses with the same seed and parameters. If the scene's integrator is not
+/// photonmapper, a photonmapper with default parameters emits them. It keeps max_depth and rr_depth, and --param sets
+/// others, such as --param global_photons=10000.
 ///
 /// The table has a row for each class: direct (straight from an emitter), caustic (through mirrors or glass alone),
 /// indirect (all others). A photon may be stored several times, so more may be stored than are emitted. Power is the
@@ -31,15 +31,16 @@ pub(crate) struct Photons {
     /// Write a cloud of coloured points for viewers of PLY files
     #[arg(long, value_name = "FILE.ply")]
     ply: Option<PathBuf>,
-    /// Write a structured array for numpy.load, with the fields position, power, direction (to where the photon came
-    /// from), class (0 direct, 2 caustic, 3 indirect), bounces (surfaces before) and map (0 global, 1 caustic)
+    /// Write a structured array for numpy.load, with the fields position, power, direction (towards the previous
+    /// surface or the emitter), class (0 direct, 2 caustic, 3 indirect), bounces (surfaces before this one) and map (0
+    /// global, 1 caustic)
     #[arg(long, value_name = "FILE.npy")]
     npy: Option<PathBuf>,
 }
 
 impl Photons {
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
-        // Meshes are made ready by several threads too.
+        // Meshes are also prepared by several threads.
         self.source.threads()?.install(|| self.emit())
     }
 
@@ -71,7 +72,7 @@ impl Photons {
     }
 }
 
-/// The integrator to put in the place of the scene's own, if that is another.
+/// The integrator that replaces the scene's own; None if the scene's own is a photonmapper.
 fn replacement(document: &Document) -> Option<String> {
     let wanted = PhotonMapper::PLUGIN.name;
     (Integrator::name_in(document) != Some(wanted)).then(|| wanted.to_owned())
@@ -86,7 +87,7 @@ fn mapper(renderer: &Renderer) -> &PhotonMapper {
 
 fn print(kind: PhotonMapKind, emitted: Option<&EmittedPhotons>) -> anyhow::Result<()> {
     let Some(emitted) = emitted else {
-        return say(format_args!("{} map: none, for the scene has neither mirrors nor glass", kind.name()));
+        return say(format_args!("{} map: none, because the scene has neither mirrors nor glass", kind.name()));
     };
     super::warn(emitted.warning(kind).as_slice());
     let (count, stored) = (emitted.emitted, emitted.photons.len());

@@ -1,4 +1,4 @@
-//! What a render tells while it runs, on a terminal, and when it has ended.
+//! The progress of a render on a terminal, and the line at its end.
 
 use std::{
     fmt::Write as _,
@@ -16,19 +16,19 @@ use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use super::checkpoint_options::CheckpointOptions;
 
-/// A bar with numbers on standard error, which is silent if nobody watches.
+/// A progress bar with numbers on standard error; hidden if standard error is not a terminal.
 pub(super) struct Progress {
     bar: ProgressBar,
-    /// The relative error, as bits.
+    /// The relative error, as the bits of a float.
     error: Arc<AtomicU64>,
 }
 
-/// What the numbers of a bar follow from, besides the samples that are taken.
+/// The constants of a progress bar.
 #[derive(Clone, Copy, Debug)]
 struct Work {
-    /// Pixels that are rendered.
+    /// The number of rendered pixels.
     pixels: u64,
-    /// Samples of each pixel that a checkpoint has.
+    /// Samples of each pixel in the checkpoint.
     before: u64,
     /// Samples of each pixel to take.
     to_do: Option<u64>,
@@ -37,7 +37,7 @@ struct Work {
 }
 
 impl Progress {
-    /// How often its error is looked at.
+    /// The time between updates of the error.
     pub(super) const EVERY: Duration = Duration::from_secs(1);
 
     pub(super) fn new(renderer: &Renderer, job: &RenderJob, options: &CheckpointOptions, is_quiet: bool) -> Self {
@@ -63,18 +63,18 @@ impl Progress {
         let shown = Arc::clone(&error);
         let status = move |state: &ProgressState, to: &mut dyn std::fmt::Write| {
             let error = f64::from_bits(shown.load(Ordering::Relaxed));
-            // What cannot be drawn now is drawn the next time.
+            // A failed update is ignored: the next one draws again.
             let _ = to.write_str(&work.status(state.pos(), state.elapsed(), error));
         };
         Self { bar: bar.with_style(style.with_key("status", status)), error }
     }
 
-    /// Whether anybody watches.
+    /// Whether the bar is shown.
     pub(super) fn is_shown(&self) -> bool {
         !self.bar.is_hidden()
     }
 
-    /// Adds samples that were taken.
+    /// Adds the number of samples that were taken.
     pub(super) fn add(&self, samples: u64) {
         self.bar.inc(samples);
     }
@@ -84,12 +84,12 @@ impl Progress {
         self.error.store(error.to_bits(), Ordering::Relaxed);
     }
 
-    /// Warns without a mess on the terminal.
+    /// Prints a warning above the bar.
     pub(super) fn warn(&self, warning: String) {
         self.bar.suspend(|| super::warn(&[warning]));
     }
 
-    /// Leaves nothing of itself.
+    /// Removes the bar.
     pub(super) fn finish(&self) {
         self.bar.finish_and_clear();
     }
@@ -117,7 +117,7 @@ impl Work {
         status
     }
 
-    /// Until the first of its ends, as far as they can be foreseen.
+    /// The seconds until the first condition ends the render, as far as they can be estimated.
     fn seconds_left(&self, taken: u64, elapsed: Duration, error: f64) -> Option<f64> {
         let seconds = elapsed.as_secs_f64() / taken as f64;
         let to_take = self.to_do.map(|to_do| seconds * (self.pixels * to_do).saturating_sub(taken) as f64);
@@ -130,13 +130,13 @@ impl Work {
     }
 }
 
-/// The one line with which a render ends.
+/// The line at the end of a render.
 pub(super) fn summary(file: &Path, samples: u64, seconds: f64, error: f64) -> String {
     let error = if error.is_finite() { format!(", error {}", percent(error)) } else { String::new() };
     format!("{}: {samples} spp in {}{error}", file.display(), time(seconds))
 }
 
-/// A number to three digits, with a prefix for its unit.
+/// A number to three digits, with an SI prefix.
 fn three_digits(x: f64) -> String {
     let (scaled, prefix) = match x {
         _ if x >= 999.5e6 => (x * 1e-9, "G"),
@@ -147,12 +147,12 @@ fn three_digits(x: f64) -> String {
     format!("{} {prefix}", digits(scaled, 3))
 }
 
-/// A share to two digits.
+/// A ratio in per cent, to two digits.
 pub(super) fn percent(share: f64) -> String {
     format!("{} %", digits(100.0 * share, 2))
 }
 
-/// A time to three digits, from a minute on to whole seconds, from an hour on to minutes.
+/// A time to three digits; from a minute on to whole seconds, from an hour on to minutes.
 fn time(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     match whole {
@@ -162,7 +162,7 @@ fn time(seconds: f64) -> String {
     }
 }
 
-/// A number to a number of significant digits, but with all digits before the point.
+/// A number to `significant` digits, but always with all digits before the decimal point.
 fn digits(x: f64, significant: i32) -> String {
     if x == 0.0 {
         return "0".to_owned();

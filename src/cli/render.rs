@@ -34,7 +34,8 @@ use super::{
 /// The file has R, G and B as 32-bit floats, the layers of the integrator, and the variance of each pixel's mean as
 /// variance.R, .G and .B. Its header records how it was made.
 ///
-/// Ctrl-C ends a render early, writes what there is, and exits with 130. A second Ctrl-C ends it at once.
+/// Ctrl-C ends a render early, writes the image and the checkpoint, and exits with 130. A second Ctrl-C ends it at
+/// once.
 #[derive(Debug, Args)]
 pub(crate) struct Render {
     #[command(flatten)]
@@ -56,14 +57,14 @@ pub(crate) struct Render {
     replay: Option<[u32; 3]>,
     #[command(flatten)]
     checkpoint_options: CheckpointOptions,
-    /// Show no progress and no summary; warnings stay.
+    /// Show no progress and no summary; warnings are still shown.
     #[arg(short, long)]
     quiet: bool,
 }
 
 impl Render {
     pub(crate) fn run(self) -> anyhow::Result<ExitCode> {
-        // Meshes are made ready by several threads too.
+        // Meshes are also prepared by several threads.
         self.source.threads()?.install(|| self.render())
     }
 
@@ -85,12 +86,12 @@ impl Render {
         self.finish(&renderer, job, outputs.as_ref())
     }
 
-    /// What there is and what there is to do.
+    /// The existing samples and the samples to take.
     fn job(&self, source: &RenderSource<'_>) -> anyhow::Result<RenderJob> {
         let request = self.checkpoint_options.request(self.source.seed(), self.spp);
         let resumed = self.checkpoint_options.resume.as_deref();
         let explained = |error: &JobError| faults::of_job(error, resumed);
-        // Checked before a checkpoint is read, which may take long.
+        // This check comes before the checkpoint is read, which may take long.
         request.check(source.renderer).map_err(|error| explained(&error))?;
         let mut job =
             RenderJob::new(source, &request, self.checkpoint_options.resumed()?).map_err(|error| explained(&error))?;
@@ -99,7 +100,7 @@ impl Render {
         Ok(job)
     }
 
-    /// Renders, and writes what there is to write.
+    /// Renders, and writes the image and the checkpoint.
     fn finish(&self, renderer: &Renderer, job: RenderJob, outputs: Option<&Outputs<'_>>) -> anyhow::Result<ExitCode> {
         let interrupted = interruptions()?;
         let (end, Checkpoint { record, film, state }) = self.gather(renderer, job, &interrupted);
@@ -128,7 +129,7 @@ impl Render {
         })
     }
 
-    /// Renders; shows how far it is, and writes checkpoints.
+    /// Renders, shows the progress, and writes checkpoints.
     fn gather(&self, renderer: &Renderer, job: RenderJob, interrupted: &AtomicBool) -> (End, Checkpoint) {
         let (start, options) = (Instant::now(), &self.checkpoint_options);
         let progress = Progress::new(renderer, &job, options, self.quiet);
@@ -143,7 +144,7 @@ impl Render {
                 progress.set_error(relative_error(renderer, rendering.film()));
             }
             let Some(file) = options.file().filter(|_| last.elapsed() >= options.checkpoint_every) else { return };
-            // A disk that is full now may have room at the end.
+            // The disk may have space again at the end, so a failure here is a warning.
             if let Err(error) = with_cost(record).write(file, rendering.film(), rendering.state()) {
                 progress.warn(error.to_string());
             }
@@ -161,7 +162,7 @@ impl Render {
         (end, Checkpoint { record: with_cost(&checkpoint.record), ..checkpoint })
     }
 
-    /// Why there are not all samples, if there are not.
+    /// Why the render ended with fewer samples than requested; None if it has all of them.
     fn why(&self, end: End, samples: u64, error: f64) -> Option<String> {
         let target = self.checkpoint_options.target_error.unwrap_or(0.0);
         let why = match end {
@@ -193,7 +194,7 @@ impl Render {
             crop.height
         );
         let samples = self.spp.unwrap_or(renderer.samples());
-        anyhow::ensure!(sample < samples, "sample {sample} is not among the {samples} of a pixel");
+        anyhow::ensure!(sample < samples, "sample {sample} is outside of the {samples} samples of a pixel");
         let seed = self.source.seed().unwrap_or_else(|| renderer.scene.sensor.sampler.seed());
         let mut values = vec![0.0; renderer.film().stride()];
         let mut path = splats::Path::default();

@@ -36,7 +36,7 @@ pub(super) struct SceneOptions {
     threads: Option<u16>,
 }
 
-/// A word as a shell reads it.
+/// A word quoted for a shell.
 pub(super) fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "_-./=:,+@%".contains(c);
     if !word.is_empty() && word.chars().all(is_plain) {
@@ -51,7 +51,7 @@ fn definition(text: &str) -> Result<(String, String), String> {
 }
 
 impl SceneOptions {
-    /// What the file says, with the sampler that is asked for.
+    /// The document of the scene file, with the requested sampler.
     pub(super) fn read(&self) -> anyhow::Result<Document> {
         let mut document = xml::read(&self.scene, &self.define).map_err(|error| faults::of_scene(&error))?;
         if let Some(name) = &self.sampler {
@@ -60,12 +60,12 @@ impl SceneOptions {
         Ok(document)
     }
 
-    /// What is changed of the scene's integrator: its name, and its parameters.
+    /// The changes to the scene's integrator: its name and its parameters.
     pub(super) fn overrides(&self, integrator: Option<String>) -> Overrides {
         Overrides { name: integrator, params: self.param.clone() }
     }
 
-    /// The scene with its integrator or the one that is named; prints their warnings.
+    /// Builds the scene with its own integrator or the requested one, and prints warnings.
     pub(super) fn renderer(&self, document: &Document, overrides: &Overrides) -> anyhow::Result<Renderer> {
         let renderer = Renderer::new(document, overrides).map_err(|error| faults::of_scene(&error))?;
         super::warn(&renderer.warnings());
@@ -82,7 +82,7 @@ impl SceneOptions {
         RenderSource { renderer, document, definitions: &self.define, overrides }
     }
 
-    /// What an image's header says of how it was made.
+    /// The attributes of an image's header that say how it was made.
     pub(super) fn attributes(&self, identity: &Identity, source: &RenderSource<'_>) -> Vec<(String, String)> {
         let renderer = source.renderer;
         let params: Vec<_> = self.param.iter().chain(&self.define).map(|(n, v)| format!("{n}={v}")).collect();
@@ -100,7 +100,7 @@ impl SceneOptions {
         attributes.into_iter().chain(not_physical).map(|(name, value)| (name.to_owned(), value)).collect()
     }
 
-    /// The options that make the same image of the scene again, but for the seed and the number of samples.
+    /// The options that reproduce the image of the scene, except for the seed and the number of samples.
     fn options(&self, source: &RenderSource<'_>) -> String {
         let mut options = Vec::new();
         let mut add = |option: &str, value: &str| options.extend([option.to_owned(), quoted(value)]);
@@ -111,7 +111,7 @@ impl SceneOptions {
         options.join(" ")
     }
 
-    /// The seed, unless the scene's is to be used.
+    /// The requested seed; None means the scene's seed.
     pub(super) fn seed(&self) -> Option<u64> {
         self.seed
     }

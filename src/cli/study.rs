@@ -15,7 +15,7 @@ use super::{FAILED, faults, numbers, say};
 /// Measures how errors fall with samples, photons or time.
 ///
 /// A study is a TOML file: scenes, methods, and values to vary. assets/studies/README.md describes it. Each run is an
-/// image, rendered by a process of its own with its own seed. Existing runs are kept, so a study that was stopped
+/// image, rendered by its own process with its own seed. Existing runs are kept, so a study that was stopped
 /// continues. The results are rows.jsonl and rows.csv (runs), cells (RMSE, variance and bias with standard errors),
 /// fits.json, plots in SVG, and the page index.html. scripts/convergence.py renders runs of Mitsuba.
 #[derive(Debug, Args)]
@@ -79,7 +79,7 @@ impl Study {
         Ok(ExitCode::SUCCESS)
     }
 
-    /// Makes what is missing: the references first, for rows need them.
+    /// Renders the missing runs. The references come first, because rows need them.
     fn make(&self, study: &study::Study, all: &Plan, only: &Pattern) -> anyhow::Result<()> {
         let is_wanted = |run: &&Run| run.arguments.is_some() && !run.is_made();
         let missing: Vec<&Run> = all.runs().filter(is_wanted).collect();
@@ -104,7 +104,7 @@ impl Study {
         Ok(())
     }
 
-    /// The command that gives the same.
+    /// The command that reproduces the results.
     fn command(&self) -> String {
         let out = self.out.as_ref().map_or(String::new(), |folder| format!(" --out {}", folder.display()));
         format!("etendue study {}{out}", self.file.display())

@@ -1,10 +1,10 @@
-//! What this process took so far.
+//! The time and memory that this process used.
 
 use std::time::Instant;
 
 use etendue::render::checkpoint::ResourceUse;
 
-/// What was taken since a moment for the wall time, and since the process began for the rest.
+/// The wall time since a moment; CPU time and memory since the process began.
 pub(super) fn since(start: Instant) -> ResourceUse {
     ResourceUse { seconds: start.elapsed().as_secs_f64(), core_seconds: core_seconds(), peak_bytes: peak_bytes() }
 }
@@ -19,7 +19,8 @@ fn core_seconds() -> f64 {
     usage.map_or(0.0, |usage| (usage.user_time() + usage.system_time()).num_microseconds() as f64 * 1e-6)
 }
 
-/// The kernel's own account of this program. That of getrusage begins with the memory of whoever started it.
+/// The peak memory of this program from the kernel. The value of getrusage would include the memory of the parent
+/// process.
 #[cfg(target_os = "linux")]
 fn peak_bytes() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -30,7 +31,7 @@ fn peak_bytes() -> u64 {
 #[cfg(all(unix, not(target_os = "linux")))]
 fn peak_bytes() -> u64 {
     use nix::sys::resource::{UsageWho, getrusage};
-    // Apple counts bytes, others kilobytes.
+    // Apple's systems count bytes, other systems kilobytes.
     let unit = if cfg!(target_vendor = "apple") { 1 } else { 1024 };
     getrusage(UsageWho::RUSAGE_SELF).map_or(0, |usage| usage.max_rss().unsigned_abs() * unit)
 }

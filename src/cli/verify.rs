@@ -40,7 +40,7 @@ pub(crate) struct Verify {
     /// Threads [default: one per core].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
-    /// Where assets and reference are, and where reports goes.
+    /// The folder that contains assets and reference; reports is written there too.
     #[arg(long, value_name = "FOLDER", default_value = ".")]
     root: PathBuf,
 }
@@ -60,7 +60,7 @@ impl Verify {
                 eprint!("\r\x1b[K{name}");
             }
         };
-        // Paths read as they are typed: without a dot in front.
+        // Paths are printed as they are typed, without a leading dot.
         let root = self.root.strip_prefix(".").unwrap_or(&self.root);
         let evidence = pool.install(|| validation::verify(root, &only, effort, &progress))?;
         if watched {

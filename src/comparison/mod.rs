@@ -150,8 +150,8 @@ pub enum Uncertainty {
 }
 
 impl ImageEstimate {
-    /// The image of a film or of a file. The number of samples comes from the attribute `etendue.spp` of the header; set
-    /// [`ImageEstimate::spp`] where there is none.
+    /// The image of a film or of a file. The number of samples comes from the attribute `etendue.spp` of the header;
+    /// set [`ImageEstimate::spp`] where there is none.
     ///
     /// # Errors
     /// If the image lacks R, G or B, a pixel is not finite, or a variance is negative or not finite.

@@ -25,7 +25,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Array, String> {
     Ok(Array { shape, values: data.as_chunks().0.iter().map(|&bytes| f32::from_le_bytes(bytes)).collect() })
 }
 
-/// Splits the file into its header, a Python dictionary, and its data. `numpy.lib.format` describes the versions 1 to 3.
+/// Splits the file into its header, a Python dictionary, and its data. `numpy.lib.format` describes the versions 1 to
+/// 3.
 fn split(bytes: &[u8]) -> Option<(&str, &[u8])> {
     let ([version, _], rest) = bytes.strip_prefix(b"\x93NUMPY")?.split_first_chunk()?;
     let (length, rest) = if *version == 1 {

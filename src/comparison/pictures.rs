@@ -6,8 +6,8 @@ use crate::{
 };
 
 /// The signed difference of luminances relative to the mean luminance of the reference. Pixels are blue where the test
-/// image is darker, red where it is brighter and white where the two are equal. A difference of `range` or more has full
-/// colour.
+/// image is darker, red where it is brighter and white where the two are equal. A difference of `range` or more has
+/// full colour.
 #[must_use]
 pub fn difference(width: usize, test: &[[f64; 3]], reference: &[[f64; 3]], range: f64) -> RgbImage {
     let mean = reference.iter().map(|p| luminance(*p)).sum::<f64>() / reference.len() as f64;

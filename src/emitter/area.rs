@@ -67,7 +67,7 @@ impl EmitterModel for Area {
             let (direction, pdf) = target.towards(shape_sample.p, u[1]);
             (direction, shape_sample.n.dot(direction) / pdf.0)
         } else {
-            // The cosine cancels that of the pdf, cos θ / π.
+            // The cosine cancels the cosine of the pdf, cos θ / π.
             (Frame::from_normal(shape_sample.n).to_world(warp::square_to_cosine_hemisphere(u[1])), PI)
         };
         let flux = self.radiance.eval(shape_sample.uv) * (cos_over_pdf / shape_sample.pdf.0);

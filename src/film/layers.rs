@@ -65,7 +65,7 @@ impl Pixels {
         Self { width, moments, stride: channels }
     }
 
-    /// The same where memory may be short.
+    /// As [`Pixels::new`], but reports a lack of memory.
     fn try_new(width: u32, height: u32, channels: usize) -> Result<Self, NoMemory> {
         let count = (width as usize).saturating_mul(height as usize).saturating_mul(channels);
         Ok(Self { width, moments: try_filled(ExactMoments::default(), count)?, stride: channels })
@@ -112,10 +112,10 @@ impl Film {
         Self { crop, size, layers, pixels, has_variance: true, splats: Vec::new() }
     }
 
-    /// The same where memory may be short.
+    /// As [`Film::new`], but reports a lack of memory.
     ///
     /// # Errors
-    /// If there is no room for its sums.
+    /// If there is not enough memory for the sums.
     pub fn try_new(crop: Crop, size: DVec2, layers: Vec<LayerSpec>) -> Result<Self, NoMemory> {
         let pixels = Pixels::try_new(crop.width, crop.height, sampled_channels(&layers))?;
         Ok(Self { crop, size, layers, pixels, has_variance: true, splats: Vec::new() })

@@ -7,9 +7,9 @@ use super::exr::{FileError, write_whole};
 /// A picture of sRGB bytes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RgbImage {
-    /// Columns.
+    /// The number of columns.
     pub width: u32,
-    /// Rows.
+    /// The number of rows.
     pub height: u32,
     /// Red, green and blue, row by row.
     pub pixels: Vec<[u8; 3]>,
@@ -24,8 +24,8 @@ impl RgbImage {
     }
 }
 
-/// The exposure, in stops, that takes the logarithmic mean luminance of the pixels that are not black to a middle
-/// grey of 0.18. Reinhard et al. 2002, "Photographic Tone Reproduction for Digital Images", eq. (1).
+/// The exposure, in stops, that maps the logarithmic mean luminance of the pixels that are not black to a middle grey
+/// of 0.18. Reinhard et al. 2002, "Photographic Tone Reproduction for Digital Images", eq. (1).
 #[must_use]
 pub fn automatic_exposure(pixels: &[[f32; 3]]) -> f64 {
     let luminances = pixels.iter().map(|p| crate::math::luminance(p.map(f64::from).into()));
@@ -44,25 +44,25 @@ pub fn srgb_byte(linear: f64) -> u8 {
     (255.0 * encoded.clamp(0.0, 1.0)).round() as u8
 }
 
-/// How linear values become those of a screen.
+/// The tone curve from linear values to display values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ToneCurve {
-    /// As they are; what is brighter than white is white.
+    /// The identity. Values above white are clipped.
     Clip,
-    /// A filmic curve, which has room for highlights: `x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14)`. Narkowicz 2016,
-    /// "ACES Filmic Tone Mapping Curve", a fit to the film of the Academy Color Encoding System.
+    /// A filmic curve, which keeps details in highlights: `x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14)`. Narkowicz
+    /// 2016, "ACES Filmic Tone Mapping Curve", a fit to the film of the Academy Color Encoding System.
     Filmic,
 }
 
 impl ToneCurve {
-    /// What the screen shows of a value from 0 up, still linear.
+    /// The linear display value, from 0 to 1, of a value from 0 up.
     #[must_use]
     pub fn apply(self, x: f64) -> f64 {
         match self {
             Self::Clip => x,
             Self::Filmic => {
                 let x = x.max(0.0);
-                // Beyond it the quotient is white but for rounding, and its terms may overflow.
+                // For larger values the quotient differs from 1 only by rounding, and its terms may overflow.
                 if x > 1e6 { 1.0 } else { x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14) }
             }
         }
@@ -90,7 +90,7 @@ pub fn png_bytes(picture: &RgbImage) -> Vec<u8> {
     png_bytes_with(picture, &[])
 }
 
-/// The same file with texts: names and values.
+/// Encodes a picture as a PNG file with texts, given as names and values.
 fn png_bytes_with(picture: &RgbImage, texts: &[(String, String)]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, picture.width, picture.height);
@@ -104,7 +104,7 @@ fn png_bytes_with(picture: &RgbImage, texts: &[(String, String)]) -> Vec<u8> {
         writer.write_image_data(picture.pixels.as_flattened())?;
         writer.finish()
     });
-    written.expect("memory takes every picture with as many pixels as its size says");
+    written.expect("writing to memory succeeds if the size matches the pixels");
     bytes
 }
 
@@ -116,10 +116,10 @@ pub fn write_png(path: &Path, picture: &RgbImage) -> Result<(), FileError> {
     write_whole(path, &png_bytes(picture))
 }
 
-/// Writes a PNG file with texts: names and values.
+/// Writes a PNG file with texts, given as names and values.
 ///
 /// # Errors
-/// If it cannot be written; then there is none.
+/// If the file cannot be written; no partial file remains.
 pub fn write_png_with(path: &Path, picture: &RgbImage, texts: &[(String, String)]) -> Result<(), FileError> {
     write_whole(path, &png_bytes_with(picture, texts))
 }

@@ -81,7 +81,7 @@ impl Path {
         }
     }
 
-    /// Column and row of each pixel that it reached, with the sum of its contributions.
+    /// The column and row of each reached pixel, with the sum of its contributions.
     #[must_use]
     pub fn pixels(&self) -> &[((u32, u32), Rgb)] {
         &self.pixels

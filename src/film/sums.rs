@@ -22,7 +22,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// A film without samples; None if the numbers are not those of a film.
+    /// Whether the numbers describe a film.
     #[must_use]
     pub fn is_possible(&self) -> bool {
         self.crop.width > 0 && self.crop.height > 0 && self.layers.first() == Some(&LayerSpec::beauty())
@@ -75,11 +75,11 @@ impl Film {
         self.pixels.moments.iter().all(|moments| moments.n() == count)
     }
 
-    /// Writes all sums: for each pixel, row by row, those of its sampled channels, then those of splats if there are
-    /// any.
+    /// Writes all sums: for each pixel, row by row, the sums of its sampled channels, then the sums of splats if there
+    /// are any.
     ///
     /// # Errors
-    /// Those of the writer.
+    /// The errors of the writer.
     pub fn write_sums(&self, to: &mut impl Write) -> io::Result<()> {
         let sums = self.pixels.moments.iter().chain(self.splats.iter().flatten());
         sums.map(ExactMoments::to_bytes).try_for_each(|bytes| to.write_all(&bytes))
@@ -88,7 +88,7 @@ impl Film {
     /// Reads what [`Film::write_sums`] wrote into a film without samples.
     ///
     /// # Errors
-    /// Those of the reader.
+    /// The errors of the reader.
     pub fn read_sums(&mut self, from: &mut impl Read, has_splats: bool) -> io::Result<()> {
         if has_splats {
             self.splats = vec![Default::default(); self.pixels.moments.len() / self.pixels.stride];

@@ -11,10 +11,10 @@ use crate::{
     scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError, manual},
 };
 
-/// Layers of properties of the first surface, beside the image of another integrator if one is nested inside.
-/// Each is the mean over the pixel's samples, of 0 where there is no surface. `wireframe` is 1 within half
-/// a pixel of an edge of a triangle of a mesh, so that the edges between triangles are lines as wide as a pixel, and 0
-/// elsewhere; operands of a csg show none.
+/// Layers with properties of the first surface, beside the image of a nested integrator if there is one. Each layer is
+/// the mean over the pixel's samples; a sample without a surface counts as 0. `wireframe` is 1 within half a pixel of
+/// an edge of a mesh triangle, so that edges between triangles are lines one pixel wide. It is 0 elsewhere, and on
+/// operands of a csg.
 #[derive(Clone, Debug)]
 pub struct Aov {
     layers: Vec<(String, Quantity)>,
@@ -35,7 +35,7 @@ enum Quantity {
     SampleCount,
 }
 
-/// All quantities: the word in `aovs`, and the channels.
+/// All quantities: the word in `aovs`, the quantity, and its channels.
 const QUANTITIES: [(&str, Quantity, &[&str]); 10] = [
     ("depth", Quantity::Depth, &["T"]),
     ("position", Quantity::Position, &["X", "Y", "Z"]),
@@ -76,7 +76,7 @@ impl Described for Aov {
         category: Category::Integrator,
         manual: manual!("aov.rs": "Aov"),
         name: "aov",
-        summary: "Layers of what the first surface is like, beside another integrator's image.",
+        summary: "Layers with properties of the first surface, beside another integrator's image.",
         params: &[
             Param::required(
                 "aovs",
@@ -120,12 +120,12 @@ fn layer(params: &Params<'_>, item: &str) -> Result<(String, Quantity), SceneErr
     })
 }
 
-/// Makes sure that no two layers of the image have one name.
+/// Checks that all layers of the image have different names.
 fn check_names(params: &Params<'_>, layers: &[(String, Quantity)], mut taken: Vec<String>) -> Result<(), SceneError> {
     for (name, _) in layers {
         if taken.contains(name) {
             return Err(params
-                .error("aovs", format!("there is another layer \"{name}\""))
+                .error("aovs", format!("another layer is also called \"{name}\""))
                 .hint("name each differently"));
         }
         taken.push(name.clone());
@@ -192,7 +192,7 @@ struct AovEstimator<'s> {
 }
 
 impl AovEstimator<'_> {
-    /// Writes the layers of the first surface, and returns those of the child.
+    /// Writes the layers of the first surface, and returns the layers of the child.
     fn write<'l>(&self, ray: &Ray, layers: &'l mut [f64]) -> &'l mut [f64] {
         let sampled = self.layers.iter().filter(|(_, quantity)| *quantity != Quantity::SampleCount);
         let mut rest = layers;

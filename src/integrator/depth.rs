@@ -6,8 +6,8 @@ use crate::{
     scene_file::{Category, Described, Params, Plugin, SceneError, manual},
 };
 
-/// The distance from the near clipping plane to the first surface along the ray, 0 where there is none; the same in
-/// all three channels.
+/// The distance from the near clipping plane to the first surface along the ray, or 0 without a surface. All three
+/// channels are equal.
 #[derive(Clone, Debug)]
 pub struct Depth;
 

@@ -44,7 +44,7 @@ impl Described for Direct {
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
         let is_given = |name| params.find(name).is_some();
         if is_given("shading_samples") && (is_given("emitter_samples") || is_given("bsdf_samples")) {
-            let error = params.error("shading_samples", "\"shading_samples\" stands beside a number that it sets");
+            let error = params.error("shading_samples", "\"shading_samples\" is given beside a number that it sets");
             return Err(error.hint("give it alone, or emitter_samples and bsdf_samples"));
         }
         let shared = params.integer("shading_samples")?;
@@ -56,7 +56,7 @@ impl Described for Direct {
         }
         let shadows = read_shadows(params)?;
         if shadows == Shadows::Transparent && emitter_samples == 0 {
-            let error = params.error(TRANSPARENT_SHADOWS.name, "transparent shadows need samples of lights");
+            let error = params.error(TRANSPARENT_SHADOWS.name, "transparent shadows need emitter samples");
             return Err(error.hint("set emitter_samples to 1 or more"));
         }
         Ok(Self { emitter_samples, bsdf_samples, hide_emitters: params.boolean(HIDE_EMITTERS.name)?, shadows })

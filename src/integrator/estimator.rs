@@ -7,16 +7,16 @@ use crate::{
     sampler::PathSampler,
 };
 
-/// What a user may want to know of a render.
+/// Messages about a render for the user.
 #[derive(Clone, Debug, Default)]
 pub struct Notes {
-    /// Sizes, counts and times.
+    /// Sizes, counts and times, one line each.
     pub facts: Vec<String>,
     /// Reasons why the image may differ from what was intended.
     pub warnings: Vec<String>,
 }
 
-/// How often an integrator begins an iteration, in which it gathers what its samples share.
+/// How often an integrator begins an iteration, which prepares the data that samples share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IterationPlan {
     /// Nothing is shared: all samples are independent.
@@ -30,7 +30,7 @@ pub enum IterationPlan {
 }
 
 impl IterationPlan {
-    /// Whether each sample of all pixels is an iteration of its own.
+    /// Whether each sample of all pixels has its own iteration.
     #[must_use]
     pub fn is_per_sample(self) -> bool {
         matches!(self, Self::PerSample | Self::Chained)
@@ -44,14 +44,14 @@ pub struct Iteration {
     pub seed: u64,
     /// The number of the replicate.
     pub replicate: u64,
-    /// The number of the sample; 0 where one iteration serves all samples of a replicate.
+    /// The number of the sample; 0 if one iteration serves all samples of a replicate.
     pub sample: u32,
 }
 
-/// What an iteration depends on besides the scene and its address: what the iterations before have left to it.
+/// The state that an iteration depends on, besides the scene and its address: the result of the iterations before.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum IntegratorState {
-    /// Nothing: it is the first one, or iterations are independent.
+    /// No state: this is the first iteration, or iterations are independent.
     #[default]
     Empty,
     /// The radius of each pixel of the film, row by row (progressive photon mapping).
@@ -75,12 +75,12 @@ impl CameraRay {
     }
 }
 
-/// What a sample of a pixel leaves beside its radiance.
+/// The output of a sample of a pixel, besides its radiance.
 #[derive(Debug)]
 pub struct SampleOutput<'l> {
     /// The values of the sampled layers, all 0 at first.
     pub layers: &'l mut [f64],
-    /// The photons that the sample has found, for the state of the next iteration.
+    /// The photons that the sample found, for the state of the next iteration.
     pub photons: PassCounts,
 }
 
@@ -92,20 +92,20 @@ impl<'l> SampleOutput<'l> {
     }
 }
 
-/// An integrator in an iteration: it estimates radiance with what the iteration has gathered.
+/// An integrator in one iteration. It estimates radiance with the data of the iteration, such as photon maps.
 pub trait Estimator: Debug + Sync {
-    /// An estimate of the radiance that arrives along a camera's ray.
+    /// Estimates the radiance that arrives along a camera ray.
     fn radiance(&self, camera_ray: &CameraRay, sampler: &mut PathSampler, output: &mut SampleOutput<'_>) -> Rgb;
 
-    /// Traces a path from an emitter, and adds to the film what the camera sees of it.
+    /// Traces a path from an emitter, and adds its contributions to the film.
     fn light_path(&self, _sampler: &mut PathSampler, _path: &mut splats::Path) {}
 
-    /// The state of the next iteration, from what the samples of this one have found, pixel by pixel.
+    /// The state of the next iteration, from the photons that the samples of this iteration found, pixel by pixel.
     fn next_state(&self, _found: &[PassCounts]) -> IntegratorState {
         IntegratorState::Empty
     }
 
-    /// What it has gathered and done.
+    /// Messages about the data of the iteration.
     fn notes(&self) -> Notes {
         Notes::default()
     }

@@ -1,8 +1,8 @@
 //! Integrators: estimators of the radiance that arrives at the camera.
 //!
 //! The life cycle of a render: an [`Integrator`] begins an [`Iteration`] of a scene ([`IntegratorModel::begin`]), which
-//! gathers what its samples share, such as photon maps. The [`Estimator`] that it yields estimates radiance sample by
-//! sample and yields the state of the next iteration.
+//! prepares the data that its samples share, such as photon maps. The resulting [`Estimator`] estimates radiance sample
+//! by sample. At the end it returns the state of the next iteration.
 
 mod aov;
 mod depth;
@@ -36,53 +36,53 @@ use crate::{
     scene_file::{Category, catalogue},
 };
 
-/// What an integrator answers.
+/// The interface of all integrators.
 #[enum_dispatch]
 pub trait IntegratorModel {
-    /// Layers beside the beauty.
+    /// The layers beside the beauty.
     fn layers(&self) -> Vec<LayerSpec> {
         Vec::new()
     }
 
-    /// The parameter that makes its image not physical, if there is one.
+    /// The parameter that makes the image not physical, if there is one.
     fn not_physical(&self) -> Option<&'static str> {
         None
     }
 
-    /// Whether its image is black without light.
+    /// Whether the image is black without light.
     fn needs_light(&self) -> bool {
         true
     }
 
-    /// Makes sure that it can render a scene.
+    /// Checks that the integrator can render a scene.
     ///
     /// # Errors
-    /// Why it cannot.
+    /// The reason why it cannot.
     fn check(&self, _scene: &Scene) -> Result<(), String> {
         Ok(())
     }
 
-    /// How often it begins an iteration.
+    /// How often the integrator begins an iteration.
     fn iterations(&self) -> IterationPlan {
         IterationPlan::Independent
     }
 
-    /// The samples per pixel that it asks for, if it does.
+    /// The samples per pixel in the integrator's own parameters; None if it has no such parameter.
     fn samples(&self) -> Option<u32> {
         None
     }
 
-    /// Whether its samples are independent, so that their scatter gives the variance of the image.
+    /// Whether the samples are independent, so that their scatter gives the variance of the image.
     fn has_variance(&self) -> bool {
         self.iterations() == IterationPlan::Independent
     }
 
-    /// Whether it traces paths from emitters, one for each sample of each pixel.
+    /// Whether the integrator traces a path from an emitter for each sample of each pixel.
     fn traces_light(&self) -> bool {
         false
     }
 
-    /// Begins an iteration. What it gathers is a function of the scene, the address and the state alone.
+    /// Begins an iteration. The result depends on the scene, the address and the state alone.
     fn begin<'s>(&'s self, scene: &'s Scene, iteration: &Iteration, state: &IntegratorState)
     -> Box<dyn Estimator + 's>;
 }

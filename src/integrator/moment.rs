@@ -5,8 +5,9 @@ use crate::{
     scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError, manual},
 };
 
-/// Renders another integrator's image and writes the mean of the squares of its samples as the layer `m2`. (Every
-/// image has the variance of its mean as a layer anyway; Mitsuba's channels `m2_*` are of X, Y and Z, these of R, G, B.)
+/// Renders another integrator's image, and writes the mean of the squares of its samples as the layer `m2`. Every image
+/// already has the variance of its mean as a layer. Mitsuba's channels `m2_*` hold X, Y and Z; the channels of `m2`
+/// hold R, G and B.
 #[derive(Clone, Debug)]
 pub struct Moment {
     child: Box<Integrator>,
@@ -29,7 +30,10 @@ impl Described for Moment {
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
         let Some(child) = params.child(Category::Integrator)? else {
-            return Err(SceneError::at(&params.object().place, "an integrator \"moment\" holds another integrator"));
+            return Err(SceneError::at(
+                &params.object().place,
+                "an integrator \"moment\" needs another integrator inside",
+            ));
         };
         Ok(Self { child: Box::new(Integrator::read(params.document(), child)?) })
     }
@@ -77,7 +81,7 @@ impl IntegratorModel for Moment {
         iteration: &Iteration,
         state: &IntegratorState,
     ) -> Box<dyn Estimator + 's> {
-        // The film forms the second moment from the samples of the child.
+        // The film computes the second moment from the samples of the child.
         self.child.begin(scene, iteration, state)
     }
 }

@@ -3,15 +3,15 @@ use crate::scene_file::{
     Category, Document, Object, ObjectId, Override, Property, SceneError, SourceLocation, Value, whole_number,
 };
 
-/// What is wrong with a scene that has no integrator.
+/// The error message for a scene without an integrator.
 pub const NO_INTEGRATOR: &str = "the scene has no integrator";
 
-/// What a render changes about its scene's integrator.
+/// The changes of a render to its scene's integrator.
 #[derive(Clone, Debug, Default)]
 pub struct Overrides {
-    /// The name of another integrator, which keeps the parameters that both have, such as `max_depth`.
+    /// The name of another integrator. It takes over the parameters that both have, such as `max_depth`.
     pub name: Option<String>,
-    /// Parameters, as name and text.
+    /// Parameters to set, as names and texts.
     pub params: Vec<(String, String)>,
 }
 
@@ -26,16 +26,16 @@ impl Integrator {
     /// The integrator of a scene's document.
     ///
     /// # Errors
-    /// If the scene has none and none is named, or it is wrong.
+    /// If the scene has no integrator and none is named, or the integrator is invalid.
     pub fn of_scene(document: &Document, overrides: &Overrides) -> Result<Self, SceneError> {
         let (document, id) = overrides.applied(document)?;
         Self::read(&document, id)
     }
 
-    /// The same as text: its name, and the parameters that are set.
+    /// The integrator as text: its name, and the parameters that are set.
     ///
     /// # Errors
-    /// If the scene has none and none is named.
+    /// If the scene has no integrator and none is named.
     pub fn described(document: &Document, overrides: &Overrides) -> Result<String, SceneError> {
         let (document, id) = overrides.applied(document)?;
         Ok(document.describe(id, &[]))
@@ -43,7 +43,7 @@ impl Integrator {
 }
 
 impl Overrides {
-    /// The document with its integrator as it is asked for.
+    /// The document with the changed integrator.
     fn applied(&self, document: &Document) -> Result<(Document, ObjectId), SceneError> {
         let own = document.child(document.root, Category::Integrator);
         let mut document = document.clone();
@@ -63,7 +63,7 @@ impl Overrides {
     }
 }
 
-/// Sets a parameter from text, of the type that the text looks like.
+/// Sets a parameter from text. The type of the value follows from the text.
 fn set(object: &mut Object, name: &str, text: &str) {
     let value = if let Some(integer) = whole_number(text).and_then(|number| number.try_into().ok()) {
         Value::Integer(integer)

@@ -1,4 +1,4 @@
-//! Parameters that several integrators have.
+//! Parameters that several integrators share.
 
 use crate::{
     scene_file::{Param, ParamKind, Params, Range, SceneError},
@@ -41,13 +41,13 @@ pub(super) fn read_path_limits(params: &Params<'_>) -> Result<PathLimits, SceneE
     Ok(PathLimits { max_depth: u32::try_from(max).unwrap_or(u32::MAX), rr_depth })
 }
 
-/// Reads which surfaces block shadow rays.
+/// Reads the parameter that decides which surfaces block shadow rays.
 pub(super) fn read_shadows(params: &Params<'_>) -> Result<Shadows, SceneError> {
     let transparent = params.boolean(TRANSPARENT_SHADOWS.name)?;
     Ok(if transparent { Shadows::Transparent } else { Shadows::Opaque })
 }
 
-/// The parameter that makes an image with such shadows not physical.
+/// The name of the parameter that makes the image not physical, if shadows are transparent.
 pub(super) fn not_physical(shadows: Shadows) -> Option<&'static str> {
     (shadows == Shadows::Transparent).then_some(TRANSPARENT_SHADOWS.name)
 }

@@ -19,8 +19,8 @@ use crate::{
 /// estimator as Mitsuba's `path`. It finds the paths `L(S|D)*E`. Light of delta emitters (points, spots, directions) is
 /// missing where the vertex next to the emitter is a mirror or glass.
 ///
-/// With `transparent_shadows`, which is not physical, light reaches a surface straight through glass, weighted by the
-/// transmittance at every face. Paths that are refracted by the same glass then leave this light out.
+/// `transparent_shadows` is not physical. With it, light reaches a surface straight through glass, weighted by the
+/// transmittance at every face. Paths that are refracted by the same glass then omit this light.
 #[derive(Clone, Debug)]
 pub struct Path {
     limits: PathLimits,
@@ -118,11 +118,11 @@ impl Estimator for PathTracing<'_> {
     }
 }
 
-/// With transparent shadows, shadow rays find emitters straight through glass. Paths that go on through the same glass
-/// then leave them out.
+/// The state of transparent shadows. Shadow rays find emitters straight through glass, so paths that continue through
+/// the same glass must omit these emitters.
 struct PastGlass {
     is_on: bool,
-    /// Whether shadow rays of an earlier point reach what lies in this direction.
+    /// Whether shadow rays of an earlier point reach emitters in the current direction.
     is_found: bool,
 }
 
@@ -134,7 +134,7 @@ impl PastGlass {
         }
     }
 
-    /// Whether the emission at the current point was found by shadow rays of a point before glass.
+    /// Whether shadow rays from a point before the glass found the emission at the current point.
     fn is_found_by_shadow_rays(&self, path: &CameraPath<'_>) -> bool {
         self.is_found && !path.is_from_smooth_lobe()
     }

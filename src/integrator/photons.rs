@@ -39,8 +39,8 @@ pub(super) fn read_photon_path_limits(params: &Params<'_>) -> Result<PathLimits,
     Ok(limits)
 }
 
-/// Russian roulette ends camera paths from this depth on at the earliest. Photons are many, and Russian roulette keeps
-/// them alike in power; each camera path is seen.
+/// The least depth at which Russian roulette may end camera paths. Photons are many, and Russian roulette gives them
+/// similar power. A camera path is one sample of a pixel, so ending it early adds visible noise.
 pub(super) const CAMERA_RR_DEPTH: u32 = 5;
 
 const MAX_POWER: f64 = 1e34;

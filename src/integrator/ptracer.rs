@@ -18,12 +18,12 @@ use crate::{
 };
 
 /// Light tracing: paths start at the emitters, and each of their vertices is connected with the camera. Each sample of
-/// each pixel traces one such path. They show `L(S|D)*DE`; the camera ray of the pixel shows emitters, `LE`. Mirrors
-/// and glass look black, because a connection cannot hit a delta lobe. Self-emission of materials is visible but lights
-/// nothing.
+/// each pixel traces one such path, which contributes `L(S|D)*DE`. The camera ray of the pixel contributes visible
+/// emitters, `LE`. Mirrors and glass look black, because a connection cannot hit a delta lobe. Self-emission of
+/// materials is visible, but does not illuminate other surfaces.
 ///
-/// It is the adjoint of [`Path`](super::Path), and strong where that is weak: at caustics, above all those of point
-/// lights.
+/// Light tracing is the adjoint of [`Path`](super::Path). It is efficient for caustics, above all from point lights,
+/// where path tracing is not.
 #[derive(Clone, Debug)]
 pub struct ParticleTracer {
     limits: PathLimits,
@@ -67,7 +67,7 @@ struct LightTracing<'s> {
 }
 
 impl Estimator for LightTracing<'_> {
-    /// Emission that the camera sees; light paths show everything else.
+    /// Returns the emission that the camera sees; light paths contribute everything else.
     fn radiance(&self, camera_ray: &CameraRay, _sampler: &mut PathSampler, _output: &mut SampleOutput<'_>) -> Rgb {
         let ParticleTracer { limits, hide_emitters } = *self.integrator;
         if limits.max_depth == 0 {
@@ -77,7 +77,7 @@ impl Estimator for LightTracing<'_> {
     }
 
     fn light_path(&self, sampler: &mut PathSampler, path: &mut splats::Path) {
-        // The last connection is that to the camera.
+        // The connection to the camera adds the last segment.
         let limits = self.integrator.limits.without_last();
         if limits.max_depth == 0 {
             return;
@@ -95,7 +95,7 @@ impl Estimator for LightTracing<'_> {
 }
 
 impl LightTracing<'_> {
-    /// Connects a vertex with the camera: a position on the film and the value that the camera sees there.
+    /// Connects a vertex with the camera. Returns a position on the film and its value.
     fn sample_sensor(&self, vertex: &LightVertex<'_>, sampler: &mut PathSampler) -> Option<(DVec2, Rgb)> {
         let (scene, point) = (self.scene, &vertex.point);
         if !point.bsdf.is_smooth() || self.integrator.hide_emitters && scene.is_emitter(&point.si) {
@@ -103,7 +103,7 @@ impl LightTracing<'_> {
         }
         let surface = &point.si.surface;
         let sensor_sample = scene.sensor.camera.sample_direction(surface.p, sampler.next_2d())?;
-        // Beside the film there is nothing to see.
+        // A position outside the film contributes to no pixel.
         scene.sensor.film.pixels_covering(sensor_sample.film).next()?;
         let wo = surface.shading.to_local(sensor_sample.direction);
         let mut scattered = point.bsdf.eval_cos(&point.query, wo);
@@ -117,7 +117,7 @@ impl LightTracing<'_> {
         Some((sensor_sample.film, vertex.flux * scattered * (correction * sensor_sample.importance)))
     }
 
-    /// Whether a surface that the camera does not see through blocks a ray.
+    /// Whether a surface blocks a ray to the camera; hidden emitters do not.
     fn is_hidden(&self, ray: &Ray) -> bool {
         if !self.integrator.hide_emitters {
             return self.scene.occluded(ray);

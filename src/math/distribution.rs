@@ -35,8 +35,8 @@ impl<S: AsRef<[f64]> + AsMut<[f64]>> Distribution1D<S> {
         Self { total: 1.0, ..Self::new(probabilities) }
     }
 
-    /// The same distribution with its cumulative sums divided by the total, so that the last sum is exactly 1. `None` if
-    /// all weights are 0.
+    /// The same distribution with its cumulative sums divided by the total, so that the last sum is exactly 1. `None`
+    /// if all weights are 0.
     #[must_use]
     pub fn normalized(mut self) -> Option<Self> {
         self.cumulative.as_mut().iter_mut().for_each(|sum| *sum /= self.total);

@@ -2,8 +2,8 @@ use glam::{DAffine3, DVec3};
 
 /// A ray `origin + t * direction`. Hits count if `t_min < t < t_max`.
 ///
-/// The direction need not have unit length: a ray keeps its parameter `t` when an affine map takes it to a shape's local
-/// space.
+/// The direction need not have unit length: a ray keeps its parameter `t` when an affine map takes it to a shape's
+/// local space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// The point at `t = 0`.

@@ -97,8 +97,8 @@ pub fn square_to_sphere(u: DVec2) -> DVec3 {
 pub const SQUARE_TO_SPHERE_PDF: f64 = 0.25 * FRAC_1_PI;
 
 /// Maps the unit square to the cone of directions around +z, with pdf `1 / 2π(1 - cos)` per solid angle.
-/// `one_minus_cos` is one minus the cosine of the cone's half-angle: for narrow cones the cosine itself is too close to 1
-/// to be accurate.
+/// `one_minus_cos` is one minus the cosine of the cone's half-angle: for narrow cones the cosine itself is too close to
+/// 1 to be accurate.
 #[inline]
 #[must_use]
 pub fn square_to_cone(u: DVec2, one_minus_cos: f64) -> DVec3 {

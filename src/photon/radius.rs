@@ -58,8 +58,8 @@ impl PixelRadius {
     /// the optimal rate.
     ///
     /// Similar to Lin et al. 2020, "CPPM: Chi-squared Progressive Photon Mapping", who test whether the density is
-    /// constant over the whole disc; the aim is that of Kaplanyan and Dachsbacher 2013, "Adaptive Progressive Photon
-    /// Mapping".
+    /// constant over the whole disc; the aim is the same as in Kaplanyan and Dachsbacher 2013, "Adaptive Progressive
+    /// Photon Mapping".
     #[must_use]
     pub fn after_test(self, found: PassCounts) -> Self {
         let (photons, squared_distances) =

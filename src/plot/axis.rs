@@ -68,7 +68,8 @@ impl Tick {
 }
 
 impl Ruler {
-    /// Places an axis that must span the given values between two positions. None if the axis would have no finite range.
+    /// Places an axis that must span the given values between two positions. None if the axis would have no finite
+    /// range.
     pub(super) fn new(axis: &Axis, values: impl Iterator<Item = f64>, positions: [f64; 2]) -> Option<Self> {
         let scaled = |value: f64| if axis.scale == Scale::Log { value.log10() } else { value };
         let held = |[low, high]: [f64; 2], value: f64| [low.min(value), high.max(value)];

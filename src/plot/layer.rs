@@ -47,8 +47,9 @@ pub(crate) struct Point {
     pub(crate) std_error: Option<f64>,
 }
 
-/// Series beyond these repeat a colour, but with another mark. The colours differ to the colour-blind: the first three
-/// are those of Okabe and Ito 2008, "Color Universal Design"; the others also differ from them in lightness.
+/// The number of colours. More series repeat a colour with another mark. The colours are distinct for the colour-blind:
+/// the first three come from Okabe and Ito 2008, "Color Universal Design"; the others also differ from them in
+/// lightness.
 pub(super) const COLOURS: usize = 6;
 
 /// The outlines of marks, relative to their centre.
@@ -159,7 +160,8 @@ impl Shape {
     }
 }
 
-/// How the standard errors of a layer are shown: bars, a band around its line, or arrows where only the upper end is positive.
+/// How the standard errors of a layer are shown: bars, a band around its line, or arrows where only the upper end is
+/// positive.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Errors {
     pub(super) bars: bool,

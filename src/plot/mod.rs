@@ -1,9 +1,9 @@
 //! Plots of the report and of studies, as SVG.
 //!
 //! A [`Plot`] is data: layers over two axes. [`Plot::inline`] draws it for a page whose style sheet contains [`STYLE`];
-//! [`Plot::file`] draws the same plot with the sheet inside, as a file of its own. Colours are classes of that sheet,
-//! each with a value for light and for dark paper. Each series also has its own mark, so that nothing depends on
-//! colour. A plot is as wide as the screen of a phone, in units of about a pixel: text stays legible there, and wider
+//! [`Plot::file`] draws the same plot as a separate file that contains the sheet. Colours are classes of that sheet,
+//! each with a value for light and for dark paper. Each series also has its own mark, so that colour is never the only
+//! distinction. A plot is as wide as the screen of a phone, in units of about a pixel: text is legible there, and wider
 //! screens magnify it.
 //!
 //! | part | file |

@@ -62,8 +62,8 @@ impl Sheet {
     }
 }
 
-/// Draws the title, and the title of the vertical axis, which is horizontal for legibility. Returns the y at which the frame
-/// begins.
+/// Draws the title, and the title of the vertical axis, which is horizontal for legibility. Returns the y at which the
+/// frame begins.
 fn heading(svg: &mut String, [title, y_title]: [&str; 2]) -> f64 {
     let mut baseline = 0.0;
     for (class, title, boldness) in [("title", title, text::BOLD), ("name", y_title, 1.0)] {

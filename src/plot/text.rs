@@ -12,7 +12,7 @@ pub(super) fn width(text: &str) -> f64 {
     text.chars().map(letter).sum()
 }
 
-/// The width of a letter in DejaVu Sans, whose letters are wider than those of most common fonts.
+/// The width of a letter in DejaVu Sans, whose letters are wider than in most common fonts.
 fn letter(c: char) -> f64 {
     let ems = match c {
         ' ' | '.' | ',' | ':' | ';' | '!' | '|' | '\'' | 'i' | 'j' | 'l' | 'I' => 0.33,

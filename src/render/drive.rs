@@ -97,36 +97,36 @@ pub fn drive(
     End::Complete
 }
 
-/// How many samples there are.
+/// The number of samples in a set.
 #[must_use]
 pub fn count(samples: &RangeSet<u32>) -> u64 {
     samples.iter().map(|range| u64::from(range.end - range.start)).sum()
 }
 
-/// After how many samples the error is looked at: after each sixteenth more. It depends on nothing else, so that the
-/// samples that are taken depend neither on the machine nor on interruptions.
+/// Whether the error is evaluated at a number of samples: each time that the number has grown by about a sixteenth. It
+/// depends on the number alone, so that the samples that are taken depend neither on the machine nor on interruptions.
 fn is_looked_at(count: u64) -> bool {
     count >= MIN_COUNT && count.is_multiple_of(stride(count))
 }
 
-/// How many more samples there are until it is looked at again.
+/// The number of samples until the error is evaluated again.
 fn until_looked_at(count: u64) -> u32 {
     let next = if count < MIN_COUNT { MIN_COUNT } else { count - count % stride(count) + stride(count) };
     u32::try_from(next - count).unwrap_or(u32::MAX)
 }
 
-/// A power of two, between a sixteenth and half a sixteenth of a number of at least 16.
+/// The distance of two evaluations: a power of two, between a thirty-second and a sixteenth of a number of at least 16.
 fn stride(count: u64) -> u64 {
     1 << (count / 16).ilog2()
 }
 
-/// How many samples go into a slice.
+/// The choice of the number of samples in a slice.
 struct Pace {
-    /// How long one should take.
+    /// The time that a slice should take.
     wanted: Duration,
     /// The time of one sample of all pixels in the last slice.
     seconds: Option<f64>,
-    /// How many the last slice had.
+    /// The number of samples in the last slice.
     last: u32,
 }
 
@@ -135,8 +135,8 @@ impl Pace {
         Self { wanted, seconds: None, last: 0 }
     }
 
-    /// As many as fit, and into the rest of the time if that is short: one at first, then not many times more than
-    /// before.
+    /// The number of samples that fit into a slice, or into the remaining time if that is shorter. The first slice has
+    /// one sample; each later one has at most eight times as many as the slice before.
     fn samples(&self, rest: Option<Duration>) -> u32 {
         let Some(seconds) = self.seconds else { return 1 };
         let time = self.wanted.min(rest.unwrap_or(self.wanted)).as_secs_f64();
@@ -166,7 +166,7 @@ mod tests {
                 assert_eq!(count + u64::from(until_looked_at(count)), pair[1]);
             }
         }
-        assert!(looked.len() < 300, "it is looked at {} times", looked.len());
+        assert!(looked.len() < 300, "it is evaluated {} times", looked.len());
         assert_eq!(until_looked_at(3), 13);
     }
 

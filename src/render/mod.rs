@@ -1,4 +1,5 @@
-//! From a scene and an integrator to a film: tiles on all threads, with the same bits however many there are.
+//! Renders a scene with an integrator to a film, tile by tile on all threads. The bits do not depend on the number of
+//! threads.
 
 pub mod checkpoint;
 pub mod drive;
@@ -52,8 +53,8 @@ impl Renderer {
     /// Builds the scene and the integrator of a document.
     ///
     /// # Errors
-    /// All faults of the scene and of the integrator: unknown plugins and parameters, wrong types and ranges, files that
-    /// cannot be read. Also if the integrator cannot render the scene.
+    /// All faults of the scene and of the integrator: unknown plugins and parameters, wrong types and ranges, files
+    /// that cannot be read. Also if the integrator cannot render the scene.
     pub fn new(document: &Document, overrides: &Overrides) -> Result<Self, SceneError> {
         let (scene, integrator) = match (Scene::build(document), Integrator::of_scene(document, overrides)) {
             (Ok(scene), Ok(integrator)) => (scene, integrator),
@@ -64,7 +65,7 @@ impl Renderer {
             (Err(error), _) | (_, Err(error)) => return Err(error),
         };
         integrator.check(&scene).map_err(|why| {
-            let what = format!("the integrator \"{}\" cannot treat this scene: {why}", integrator.plugin().name);
+            let what = format!("the integrator \"{}\" cannot render this scene: {why}", integrator.plugin().name);
             SceneError::at(&document.object(document.root).place, what)
         })?;
         Ok(Self { scene, integrator })
@@ -81,17 +82,18 @@ impl Renderer {
         }
         // Light paths start at emitters only, and self-emission is not one.
         if self.scene.has_self_emission() && (self.integrator.traces_light() || !self.integrator.has_variance()) {
-            let what = "surfaces with self-emission (the bsdf normals, ambient of phong) are seen, but emit no photons";
+            let what =
+                "surfaces with self-emission (the bsdf normals, ambient of phong) are visible, but emit no photons";
             warnings.push(format!("{what}: some of their light is missing"));
         }
         if self.integrator.traces_light() && !self.scene.has_smooth() {
             let what = "every surface is specular, so that no light path can be connected to the sensor";
-            warnings.push(format!("{what}: only emitters that are seen directly appear"));
+            warnings.push(format!("{what}: only directly visible emitters appear"));
         }
         warnings
     }
 
-    /// The number of samples of each pixel that the scene asks for.
+    /// The number of samples of each pixel that the scene sets.
     #[must_use]
     pub fn samples(&self) -> u32 {
         self.integrator.samples().unwrap_or(self.scene.sensor.sampler.sample_count())
@@ -160,7 +162,7 @@ pub struct Rendering<'r> {
 }
 
 impl Rendering<'_> {
-    /// What the current iteration has gathered and done.
+    /// Statistics of the current iteration.
     #[must_use]
     pub fn notes(&self) -> Notes {
         self.estimator.as_ref().map(|estimator| estimator.notes()).unwrap_or_default()
@@ -184,16 +186,16 @@ impl Rendering<'_> {
         self.next
     }
 
-    /// What the samples still to come depend on besides the replicate.
+    /// The state that later samples depend on, besides the replicate.
     #[must_use]
     pub fn state(&self) -> &IntegratorState {
         &self.state
     }
 
-    /// Continues with a later sample, or an earlier one, of an integrator whose iterations are independent.
+    /// Continues with a later or earlier sample. The iterations of the integrator must be independent.
     ///
     /// # Panics
-    /// If they depend on one another.
+    /// If the iterations depend on each other.
     pub fn go_to(&mut self, sample: u32) {
         let is_chained = self.renderer.integrator.iterations() == IterationPlan::Chained;
         assert!(sample == self.next || !is_chained, "sample {sample} follows from those after {}", self.next);
@@ -230,7 +232,7 @@ impl Rendering<'_> {
         let is_chained = self.renderer.integrator.iterations() == IterationPlan::Chained;
         let pixels = if is_chained { crop.width as usize * crop.height as usize } else { 0 };
         let mut found = vec![PassCounts::default(); pixels];
-        // A strip of tiles at a time, so that finished tiles do not pile up beside the film.
+        // One strip of tiles at a time bounds the memory of finished tiles.
         for strip in tiles.chunks(4096) {
             let finished: Vec<_> = strip
                 .par_iter()
@@ -288,7 +290,7 @@ impl Rendering<'_> {
     }
 
     /// Takes one sample of one pixel, in the iteration that it belongs to. `values` has one element for each sampled
-    /// channel. What a light path leaves on the film goes into `path`.
+    /// channel. The splats of the light path are added to `path`.
     ///
     /// # Panics
     /// As [`Renderer::render`] does.
@@ -304,7 +306,7 @@ impl Rendering<'_> {
         self.one_sample(pixel, sample, values, path).0
     }
 
-    /// The radiance of a sample, and the photons that it found.
+    /// Writes the values of a sample, and returns the photons that it found.
     #[inline]
     fn one_sample(
         &self,

@@ -1,19 +1,20 @@
-//! Whether a render can come to the error at which it is to end.
+//! Whether a render can reach its target error.
 
-/// Samples of each pixel that a render takes at most if nothing but its error ends it.
+/// The maximum number of samples of each pixel if only the target error ends the render.
 pub const MAX_OPEN_SAMPLES: u64 = 1 << 20;
-/// With fewer samples of each pixel, an error says too little of those to come.
+/// With fewer samples of each pixel, the error is too uncertain to extrapolate.
 const MIN_COUNT: u64 = 256;
-/// Samples that are needed may be this many times fewer than an error lets expect.
+/// The number of needed samples may be smaller than the error suggests by up to this factor.
 const MARGIN: f64 = 4.0;
 
-/// Samples of each pixel that bring an error down to a target: the error falls as one over the root of their number.
+/// The samples of each pixel that reduce an error to a target. The error is proportional to one over the square root of
+/// their number.
 #[must_use]
 pub fn samples_needed(count: u64, error: f64, target: f64) -> f64 {
     count as f64 * (error / target).powi(2)
 }
 
-/// Whether a render has taken [`MAX_OPEN_SAMPLES`] or would take many more. The error of a black image is infinite.
+/// Whether a render has taken [`MAX_OPEN_SAMPLES`], or would need many more. The error of a black image is infinite.
 pub(super) fn is_out_of_reach(count: u64, error: f64, target: f64) -> bool {
     let most = MAX_OPEN_SAMPLES as f64;
     count >= MAX_OPEN_SAMPLES || count >= MIN_COUNT && samples_needed(count, error, target) > MARGIN * most

@@ -5,14 +5,14 @@ use crate::{
     validation::{Evidence, Row},
 };
 
-/// The laws whose names begin alike, in numbers.
+/// The results of the laws with a common first part of the name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GroupSummary {
     /// The first part of the names.
     pub name: String,
-    /// How many findings there are.
+    /// The number of findings.
     pub rows: usize,
-    /// How many of them do not hold.
+    /// The number of findings that do not hold.
     pub failed: usize,
     /// The largest error over its bound; None if nothing has a bound.
     pub worst_error: Option<f64>,
@@ -20,9 +20,9 @@ pub struct GroupSummary {
     pub worst_test: Option<f64>,
     /// The relative bias that half of the tests of means would have detected; None without such tests.
     pub detectable_bias: Option<f64>,
-    /// The widest bound of equivalence, relative; None if nothing is held to one.
+    /// The widest relative bound of an equivalence test; None without such tests.
     pub equivalence_bound: Option<f64>,
-    /// The seconds of its laws.
+    /// The seconds that the laws took.
     pub seconds: f64,
 }
 

@@ -34,8 +34,8 @@ use crate::{
     validation::Evidence,
 };
 
-/// Writes the page under a root and returns its path: `reports/verify/index.html`, or `reports/verify/part.html` if only
-/// some rows were selected. With `summary`, also writes `reports/verify.md` and `reports/verify.json`.
+/// Writes the page under a root and returns its path: `reports/verify/index.html`, or `reports/verify/part.html` if
+/// only some rows were selected. With `summary`, also writes `reports/verify.md` and `reports/verify.json`.
 ///
 /// # Errors
 /// If a file cannot be written.

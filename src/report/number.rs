@@ -5,8 +5,8 @@ use crate::plot::power_of_ten;
 /// A narrow no-break space.
 const THIN: char = '\u{202f}';
 
-/// A number to `digits` significant digits, without trailing zeros. Numbers below 0.001 and from a million up have a power of
-/// ten.
+/// A number to `digits` significant digits, without trailing zeros. Numbers below 0.001 and from a million up have a
+/// power of ten.
 pub(crate) fn significant(x: f64, digits: usize) -> String {
     if !x.is_finite() || x == 0.0 {
         return special(x);

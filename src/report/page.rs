@@ -83,12 +83,13 @@ pub(super) fn render(evidence: &Evidence) -> String {
     template.render(Serde(Page::new(evidence))).expect("the page has every variable of the template")
 }
 
-/// The style sheet of all pages, including that of the plots.
+/// The style sheet of all pages, which includes the style sheet of the plots.
 pub(crate) fn style() -> String {
     format!("{}{}", include_str!("style.css"), plot::STYLE)
 }
 
-/// A template environment with the given names and sources, and `mark.html`. Templates whose names end in .html are escaped.
+/// A template environment with the given names and sources, and `mark.html`. Templates whose names end in .html are
+/// escaped.
 pub(crate) fn environment(parts: &[(&'static str, &'static str)]) -> Environment<'static> {
     let mut environment = Environment::new();
     let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).build();

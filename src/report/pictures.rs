@@ -60,8 +60,8 @@ fn narrow(pixels: &[[f64; 3]]) -> Vec<[f32; 3]> {
     pixels.iter().map(|p| p.map(|x| x as f32)).collect()
 }
 
-/// The range of the difference picture: the 99th percentile of the absolute differences in luminance, relative to the mean of
-/// the reference, rounded up to 1, 2, 5, 10, ... per cent.
+/// The range of the difference picture: the 99th percentile of the absolute differences in luminance, relative to the
+/// mean of the reference, rounded up to 1, 2, 5, 10, ... per cent.
 fn range_of(ours: &[[f64; 3]], reference: &[[f64; 3]]) -> f64 {
     let mean = reference.iter().map(|p| luminance(*p)).sum::<f64>() / reference.len() as f64;
     let difference = |(a, b): (&[f64; 3], &[f64; 3])| (luminance(*a) - luminance(*b)).abs();

@@ -1,4 +1,4 @@
-//! A run in brief: `reports/verify.md` for people and `reports/verify.json` for programs.
+//! The summary of a run: `reports/verify.md` for people and `reports/verify.json` for programs.
 
 use std::fmt::Write as _;
 
@@ -17,20 +17,20 @@ use crate::{
     validation::{Evidence, LawTime, Row, SceneEvidence},
 };
 
-/// A run without its pictures and tiles. Numbers that do not apply or are not finite are left out.
+/// A run without its pictures and tiles. Numbers that do not apply or are not finite are omitted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
-    /// What made it.
+    /// The command that made it.
     pub command: String,
     /// The version of this program.
     pub version: String,
-    /// How much work was done.
+    /// The effort of the run.
     pub effort: Effort,
     /// Wall-clock seconds.
     pub seconds: f64,
-    /// Threads that rendered.
+    /// The number of threads.
     pub threads: usize,
-    /// Whether everything holds.
+    /// Whether all laws and scenes hold.
     pub passed: bool,
     /// Every law.
     pub laws: Vec<SummaryLaw>,
@@ -43,41 +43,41 @@ pub struct Summary {
 /// A law that was checked.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SummaryLaw {
-    /// Its name.
+    /// The name of the law.
     pub name: String,
     /// Wall-clock seconds; other laws may have run at the same time.
     pub seconds: f64,
 }
 
-/// A finding: a value with what it should be, or a test.
+/// A finding: a value with its expected value, or a test.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SummaryRow {
-    /// The law.
+    /// The name of the law.
     pub name: String,
-    /// What it is about.
+    /// The subject of the finding.
     pub subject: String,
-    /// What was computed.
+    /// The computed value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
-    /// What it should be.
+    /// The expected value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expected: Option<f64>,
-    /// The largest allowed distance of the two.
+    /// The largest allowed difference of the two.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bound: Option<f64>,
-    /// What was tested.
+    /// The test statistic.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub statistic: Option<String>,
-    /// Its p-value.
+    /// The p-value of the test.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub p: Option<f64>,
-    /// Below which the test fails.
+    /// The level below which the test fails.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub level: Option<f64>,
     /// The relative bias of a mean that the test would have detected.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub detectable_bias: Option<f64>,
-    /// Whether it holds.
+    /// Whether the finding holds.
     pub passed: bool,
 }
 
@@ -86,15 +86,15 @@ pub struct SummaryRow {
 pub struct SummaryScene {
     /// The name of its row.
     pub name: String,
-    /// Who made the reference.
+    /// The origin of the reference.
     pub reference_by: String,
-    /// In words.
+    /// The conclusion in words.
     pub conclusion: String,
     /// The p-value of all statistics together.
     pub p: Option<f64>,
-    /// At or below which they reject.
+    /// The level at or below which the statistics reject.
     pub alpha: Option<f64>,
-    /// The relative bias of a channel's mean that would have been seen.
+    /// The relative bias of a channel's mean that would have been detected.
     pub detectable_bias: Option<f64>,
     /// The differences of the channels' means, relative to the reference.
     pub relative_difference: Option<[Option<f64>; 3]>,
@@ -102,20 +102,20 @@ pub struct SummaryScene {
     pub rmse: f64,
     /// The mean of squared relative differences.
     pub relative_mse: f64,
-    /// Our samples per pixel.
+    /// Samples per pixel of our image.
     pub spp: Option<u64>,
-    /// The factor by which the image was falsified.
+    /// The factor by which the image was scaled, to check that the verdict detects a known bias.
     pub scale: f64,
-    /// Whether the falsified image differs, as it must.
+    /// Whether the scaled image differs, as it must.
     pub scaled_differs: bool,
-    /// Seconds to render.
+    /// The seconds that the rendering took.
     pub seconds: f64,
-    /// Whether it holds.
+    /// Whether the image agrees with the reference, and the scaled image differs.
     pub passed: bool,
 }
 
 impl Summary {
-    /// Of a run.
+    /// The summary of a run.
     #[must_use]
     pub fn new(evidence: &Evidence) -> Self {
         Self {
@@ -190,7 +190,7 @@ impl SummaryScene {
     }
 }
 
-/// A run in one or two screens of Markdown: its groups and its scenes.
+/// The summary in one or two screens of Markdown: its groups and its scenes.
 #[must_use]
 pub fn markdown(evidence: &Evidence) -> String {
     let mut text = format!("# What etendue claims, checked\n\n{}\n", conclusion(evidence));
@@ -231,7 +231,7 @@ pub fn markdown(evidence: &Evidence) -> String {
     text
 }
 
-/// What was run, whether all of it holds, and how to run it again.
+/// A sentence about the run and its result, and the command that reproduces it.
 fn conclusion(evidence: &Evidence) -> String {
     let failed = evidence.failed();
     let total = evidence.rows.len() + evidence.scenes.len();
@@ -276,7 +276,7 @@ fn words(mark: Mark) -> String {
     format!("{} {}", mark.symbol, mark.word)
 }
 
-/// A row of a table: bars and tags in cells are text.
+/// Appends a row of a table, and escapes bars and tags in its cells.
 fn line(text: &mut String, cells: &[&str]) {
     let escape = |cell: &&str| cell.replace('\\', "\\\\").replace('|', "\\|").replace('<', "&lt;");
     let cells: Vec<_> = cells.iter().map(escape).collect();

@@ -16,7 +16,7 @@ pub const LAWS: &[Law] = &[
     Law {
         name: "sampler/variance",
         claim: "The mean of 64 samples of a smooth function on the unit square is unbiased for every sampler. Its variance is at most \
-               that of 64 jittered cells, or for independent sampling that of independent numbers.",
+               the variance with 64 jittered cells, or for independent sampling with independent numbers.",
         source: "variances by quadrature over the square and over its 8 by 8 cells; chi-square of the squared errors",
         check: Check::Analytic(variance),
     },

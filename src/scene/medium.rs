@@ -36,7 +36,7 @@ impl Scene {
         attenuation(self.absorption(Some(from), ray.direction, to), distance)
     }
 
-    /// The absorption coefficient between consecutive interactions: that of the medium inside the interface at the
+    /// The absorption coefficient between consecutive interactions: of the medium inside the interface at the
     /// start, or else inside the interface at the end.
     fn absorption(&self, from: Option<&SurfaceInteraction>, direction: DVec3, to: Option<&SurfaceInteraction>) -> Rgb {
         let starts = from.filter(|from| direction.dot(from.surface.n) < 0.0);

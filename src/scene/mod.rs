@@ -213,7 +213,7 @@ impl Scene {
     }
 
     /// Samples a ray of emitted light, and returns the index of its emitter. Emitters are sampled in proportion to
-    /// their power. The flux is that of the entire scene if this is the only sample. None if the emitters have no
+    /// their power. The flux represents the entire scene if this is the only sample. None if the emitters have no
     /// power, or the sample carries no light.
     #[inline]
     pub fn emit(&self, sampler: &mut impl SampleStream) -> Option<(Emission, usize)> {

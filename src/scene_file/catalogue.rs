@@ -1,5 +1,5 @@
-/// Makes the closed set of one concept from its list: the enum, its plugin tables and its reader; and it makes the enum
-/// answer traits as whichever member it is does.
+/// Defines the closed set of plugins of one category from a list: the enum, its plugin tables and its reader. The enum
+/// forwards trait methods to its members.
 ///
 /// ```text
 /// catalogue! {
@@ -9,8 +9,9 @@
 /// ```
 ///
 /// Each member has the constant `PLUGIN` and `fn read(&Params) -> Result<Self, SceneError>` of
-/// [`Described`](super::Described), and implements the traits, which bear the attribute `#[enum_dispatch]`: it forwards
-/// every method, those with a default too, and makes the enum from any member. Without a trait there is neither.
+/// [`Described`](super::Described), and implements the traits. The traits have the attribute `#[enum_dispatch]`, which
+/// forwards every method, including those with a default, and converts each member into the enum. Without a trait the
+/// macro generates neither.
 macro_rules! catalogue {
     ($(#[$meta:meta])* pub enum $Enum:ident $(: $Model:ident $(+ $More:ident)*)? in $category:expr, {
         $($(#[$member_meta:meta])* $Member:ident($Type:ty)),* $(,)?
@@ -22,7 +23,7 @@ macro_rules! catalogue {
 
         $crate::scene_file::catalogue! { @read $Enum in $category, { $($Member($Type)),* } }
     };
-    // With a macro that matches, for methods that must be inlined.
+    // The form with a macro that matches, for methods that must be inlined.
     (($d:tt) $(#[$meta:meta])* pub enum $Enum:ident: $Model:ident $(+ $More:ident)* in $category:expr, $each:ident {
         $($(#[$member_meta:meta])* $Member:ident($Type:ty)),* $(,)?
     }) => {
@@ -47,17 +48,17 @@ macro_rules! catalogue {
             pub const PLUGINS: &'static [&'static $crate::scene_file::Plugin] =
                 &[$(&<$Type as $crate::scene_file::Described>::PLUGIN),*];
 
-            /// The manual page of the member that it is.
+            /// The manual page of this member.
             #[must_use]
             pub fn plugin(&self) -> &'static $crate::scene_file::Plugin {
                 match self { $(Self::$Member(_) => &<$Type as $crate::scene_file::Described>::PLUGIN),* }
             }
 
-            /// Reads an object of this category, all but what [`Params::finish`](crate::scene_file::Params::finish)
-            /// checks.
+            /// Reads an object of this category. [`Params::finish`](crate::scene_file::Params::finish) does the
+            /// remaining checks.
             ///
             /// # Errors
-            /// If no member has this name, or a parameter is wrong.
+            /// If no member has the object's name, or a parameter is wrong.
             pub fn read_from(params: &$crate::scene_file::Params<'_>) -> Result<Self, $crate::scene_file::SceneError> {
                 let name = params.plugin().name;
                 $(if name == <$Type as $crate::scene_file::Described>::PLUGIN.name {
@@ -69,7 +70,7 @@ macro_rules! catalogue {
             /// The view of an object, if this list has its plugin.
             ///
             /// # Errors
-            /// If it is of another category, or no member has its name.
+            /// If the object is of another category, or no member has its name.
             pub fn params(
                 document: &$crate::scene_file::Document,
                 id: $crate::scene_file::ObjectId,
@@ -80,7 +81,7 @@ macro_rules! catalogue {
             /// Reads an object of this category completely.
             ///
             /// # Errors
-            /// If no member has its name, or a parameter is wrong or unknown.
+            /// If no member has the object's name, or a parameter is wrong or unknown.
             pub fn read(
                 document: &$crate::scene_file::Document,
                 id: $crate::scene_file::ObjectId,

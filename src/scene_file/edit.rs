@@ -1,9 +1,9 @@
-//! Changes of a document before it is read, and objects as text.
+//! Changes to a document before plugins read it, and objects as text.
 
 use super::{Category, Document, Object, ObjectId, Override, Plugin, Property, SourceLocation, Value};
 
 impl Document {
-    /// The first child of a category that an object has.
+    /// The first child of a category in an object.
     #[must_use]
     pub fn child(&self, parent: ObjectId, category: Category) -> Option<ObjectId> {
         self.object(parent).properties.iter().find_map(|property| match property.value {
@@ -12,9 +12,9 @@ impl Document {
         })
     }
 
-    /// Adds an object that can take the place of `own`: the plugin `name`, one of `plugins`, with those parameters of
-    /// `own` that it has too. If `own` wraps other objects of its category, their parameters are taken as well.
-    /// Messages about the new object name `option`, the text by which the user asked for it.
+    /// Adds an object that can replace `own`: the plugin `name`, one of `plugins`. It takes over the parameters of
+    /// `own` that it has too. If `own` wraps other objects of its category, it takes over their parameters as well.
+    /// Messages about the new object mention `option`, the text with which the user asked for it.
     pub fn add_stand_in(
         &mut self,
         own: Option<ObjectId>,
@@ -42,8 +42,8 @@ impl Document {
         ObjectId(self.objects.len() - 1)
     }
 
-    /// An object as text that does not depend on the order in which it was written: the name of its plugin with the
-    /// parameters that are set, sorted by name, without those in `left_out`.
+    /// An object as text that does not depend on the order of its parameters: the name of its plugin with the given
+    /// parameters, sorted by name, without those in `left_out`.
     #[must_use]
     pub fn describe(&self, id: ObjectId, left_out: &[&str]) -> String {
         let object = self.object(id);

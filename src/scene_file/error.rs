@@ -26,12 +26,12 @@ pub enum SourceLocation {
         /// one position.
         object: Option<Arc<str>>,
     },
-    /// A change of the scene that stands in none of its files.
+    /// A change of the scene that is not in any of its files.
     Override(Override),
 }
 
 impl SourceLocation {
-    /// The same position in a program, for an object.
+    /// The same position, with the label of an object.
     #[must_use]
     pub(super) fn for_object(self, label: &Arc<str>) -> Self {
         match self {
@@ -44,18 +44,18 @@ impl SourceLocation {
 /// A change of a scene after its files were read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Override {
-    /// Another plugin in the place of the scene's own.
+    /// Another plugin that replaces the scene's own.
     Plugin {
-        /// What it is.
+        /// The category of the plugin.
         category: Category,
-        /// Its name.
+        /// The name of the plugin.
         name: String,
     },
-    /// A parameter of the integrator.
+    /// A changed parameter of the integrator.
     Parameter {
-        /// Its name.
+        /// The name of the parameter.
         name: String,
-        /// Its value.
+        /// The new value of the parameter.
         value: String,
     },
 }
@@ -80,19 +80,19 @@ impl fmt::Display for SourceLocation {
     }
 }
 
-/// One fault of a scene: where, what, and what would have been right. Displays as one line.
+/// One fault of a scene: its place, what is wrong, and how to correct it. Displays as one line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// Where, unless the fault has no place.
+    /// The place; None if the fault has no place.
     pub place: Option<SourceLocation>,
     /// What is wrong.
     pub what: String,
-    /// What would have been right.
+    /// How to correct it.
     pub hint: Option<String>,
 }
 
 impl Diagnostic {
-    /// What is wrong and what would have been right, without the place.
+    /// What is wrong and how to correct it, without the place.
     #[must_use]
     pub fn message(&self) -> String {
         match &self.hint {
@@ -111,8 +111,8 @@ impl fmt::Display for Diagnostic {
     }
 }
 
-/// All that is wrong with a scene, at least one fault. Displays as one line for each; its `Debug` output is the same, so
-/// that a `main` that returns it prints lines to read.
+/// All faults of a scene, at least one. Displays as one line for each. The `Debug` output is the same, so that a `main`
+/// that returns this error prints readable lines.
 #[derive(Clone, PartialEq, Eq)]
 pub struct SceneError(pub Vec<Diagnostic>);
 
@@ -122,12 +122,12 @@ impl SceneError {
         Self(vec![Diagnostic { place: Some(place.clone()), what: what.into(), hint: None }])
     }
 
-    /// One fault in no file.
+    /// One fault without a place.
     pub fn nowhere(what: impl Into<String>) -> Self {
         Self(vec![Diagnostic { place: None, what: what.into(), hint: None }])
     }
 
-    /// The same faults in the order in which they stand in a scene's files; those without a place come last.
+    /// The same faults in the order of their places in the scene's files. Faults without a place come last.
     #[must_use]
     pub fn in_order(mut self, files: &[PathBuf]) -> Self {
         let names: Vec<_> = files.iter().map(|file| file.display().to_string()).collect();
@@ -142,7 +142,7 @@ impl SceneError {
         self
     }
 
-    /// The same with what would have been right.
+    /// The same fault with a hint how to correct it.
     #[must_use]
     pub fn hint(mut self, hint: impl Into<String>) -> Self {
         if let Some(last) = self.0.last_mut() {

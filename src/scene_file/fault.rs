@@ -2,17 +2,17 @@ use crate::scene_file::{Diagnostic, SceneError, SourceLocation};
 
 /// The number of faults that are reported.
 pub(super) const MAX_FAULTS: usize = 50;
-/// The number of bytes of a message beyond which its middle is left out.
+/// Messages with more bytes are shortened in the middle.
 const MAX_MESSAGE: usize = 400;
 
-/// One fault whose place its finder does not know.
+/// One fault whose place is not yet known.
 #[derive(Clone, Debug)]
 pub(super) struct ParseFault {
     /// What is wrong.
     pub(super) what: String,
-    /// What would have been right.
+    /// How to correct it.
     pub(super) hint: Option<String>,
-    /// The attribute that is at fault, unless it is the element.
+    /// The attribute at fault; None if the element is at fault.
     pub(super) attribute: Option<&'static str>,
 }
 
@@ -34,7 +34,7 @@ impl ParseFault {
     }
 }
 
-/// A message quotes the file, whose texts may be of any length and have line breaks in them.
+/// Shortens a message and joins its lines. A message quotes the file, whose texts may be long and have line breaks.
 fn one_line(text: String) -> String {
     let mut line = text;
     if line.len() > MAX_MESSAGE {
@@ -48,7 +48,7 @@ fn one_line(text: String) -> String {
     line
 }
 
-/// The faults found so far. Reading goes on after most of them, to report several at once.
+/// The faults found so far. Reading continues after most of them, to report several at once.
 #[derive(Debug, Default)]
 pub(super) struct Faults {
     list: Vec<Diagnostic>,
@@ -71,7 +71,7 @@ impl Faults {
         }
     }
 
-    /// Ends the reading: what follows would take too much.
+    /// Stops the reading, because the rest would take too much time or memory.
     pub(super) fn stop(&mut self) {
         self.stopped = true;
     }
@@ -84,7 +84,7 @@ impl Faults {
         self.list.is_empty()
     }
 
-    /// The value, if nothing was wrong.
+    /// The value if there are no faults, otherwise the faults as an error.
     pub(super) fn or<T>(self, value: T) -> Result<T, SceneError> {
         if self.list.is_empty() { Ok(value) } else { Err(SceneError(self.list)) }
     }

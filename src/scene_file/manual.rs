@@ -1,14 +1,14 @@
-/// The text of a plugin's manual page. It is the doc comment of its type, so that the page of the command line and that
-/// of the library's documentation are one text.
+/// The text of a plugin's manual page, which is the doc comment of its type. So the command line and the library's
+/// documentation have the same text.
 #[derive(Clone, Copy, Debug)]
 pub struct Manual {
     /// The source file.
     pub source: &'static str,
-    /// The types in it whose doc comments make the text.
+    /// The types in this file whose doc comments form the text.
     pub types: &'static [&'static str],
 }
 
-/// The [`Manual`] of a plugin, from its source file, beside the one where this stands, and its types.
+/// The [`Manual`] of a plugin, from a source file in the same folder and the types in it.
 macro_rules! manual {
     ($file:literal: $($name:literal),+) => {
         $crate::scene_file::Manual { source: include_str!($file), types: &[$($name),+] }
@@ -18,7 +18,7 @@ macro_rules! manual {
 pub(crate) use manual;
 
 impl Manual {
-    /// Of a plugin that has none.
+    /// The manual of a plugin without text.
     pub const NONE: Self = Self { source: "", types: &[] };
 
     /// The paragraphs of the text, in Markdown; a table is one paragraph.
@@ -49,7 +49,7 @@ fn paragraphs(lines: &[&str]) -> Vec<String> {
     blocks.map(|block| without_links(&joined(block))).collect()
 }
 
-/// The text with links of the documentation as plain words.
+/// The text with rustdoc links replaced by plain words.
 fn without_links(text: &str) -> String {
     let mut plain = String::new();
     let mut rest = text;

@@ -1,4 +1,4 @@
-/// Triangles with shared vertices, as arrays: what a shape `mesh` of a scene built in code is made of.
+/// Triangles with shared vertices, as arrays: the data of a shape `mesh` in a scene that is built in code.
 ///
 /// Lengths are in units of the shape's own space; `to_world` maps it to the world. The arrays are checked when the
 /// scene is read: every index must name a vertex, every number must be finite, and at least one triangle must have an

@@ -1,22 +1,22 @@
-//! The plugins of Mitsuba 3.9.1, to say which of them are read here.
+//! The plugins of Mitsuba 3.9.1, to report which of them étendue reads.
 
 use super::Category;
 
 /// A plugin of Mitsuba.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MitsubaPlugin {
-    /// What it is.
+    /// The category of the plugin.
     pub category: Category,
-    /// Its name.
+    /// The name of the plugin.
     pub name: &'static str,
-    /// What it is about.
+    /// The subject of the plugin.
     pub subject: Subject,
 }
 
-/// What a plugin is about, as far as it decides whether it can ever be read here.
+/// The subject of a plugin, which decides whether it is in étendue's scope.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
-    /// Light in linear RGB between surfaces, which is what this renderer is for.
+    /// Light in linear RGB between surfaces, which is étendue's scope.
     Surfaces,
     /// Participating media.
     Media,
@@ -29,7 +29,7 @@ pub enum Subject {
 }
 
 impl Subject {
-    /// What is left out, if such plugins are.
+    /// The subject in words if it is out of scope; None if it is in scope.
     #[must_use]
     pub fn out_of_scope(self) -> Option<&'static str> {
         match self {
@@ -43,7 +43,7 @@ impl Subject {
 }
 
 impl MitsubaPlugin {
-    /// What a message says of a plugin that is not read here.
+    /// A message about a plugin that étendue does not read.
     #[must_use]
     pub fn missing(&self) -> String {
         match self.subject.out_of_scope() {

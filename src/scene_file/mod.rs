@@ -1,7 +1,7 @@
-//! Scene descriptions: a [`Document`] of typed objects with typed properties, each of which knows where it was written.
+//! Scene descriptions: a [`Document`] of typed objects with typed properties, each with the place where it was written.
 //!
 //! A document comes from a Mitsuba 3 file ([`xml`]) or from code ([`builder`]). Plugins read their parameters from it
-//! through [`Params`], which checks types and ranges. This module knows no plugin.
+//! through [`Params`], which checks types and ranges. This module does not depend on any plugin.
 
 pub mod builder;
 mod catalogue;
@@ -36,7 +36,7 @@ use std::{fmt, path::PathBuf, sync::Arc};
 
 use glam::{DAffine3, DVec3};
 
-/// The kind of an object, which is its tag.
+/// The kind of an object, given by its tag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Category {
     /// `<scene>`
@@ -104,34 +104,34 @@ impl fmt::Display for Category {
     }
 }
 
-/// The number of an object in a [`Document`], from 0.
+/// The index of an object in a [`Document`], from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ObjectId(pub usize);
 
-/// A whole scene description: all its objects, with references resolved. [`xml::read`] and
+/// A whole scene description: all objects, with references resolved. [`xml::read`] and
 /// [`builder::ObjectBuilder::build`] make one.
 #[derive(Clone, Debug)]
 pub struct Document {
-    /// Every object, each before those in it. An object that several others refer to stands here once.
+    /// Every object, each before its children. An object with several references to it is listed once.
     pub objects: Vec<Object>,
     /// The outermost object, a `<scene>`.
     pub root: ObjectId,
-    /// The files that were read to make it, the scene file first; none if it was built in code.
+    /// The files that were read, the scene file first; empty if the scene was built in code.
     pub files: Vec<PathBuf>,
 }
 
 /// An object of a scene: an element with a `type`.
 #[derive(Clone, Debug)]
 pub struct Object {
-    /// Its category, which is its tag.
+    /// The category, given by the tag.
     pub category: Category,
     /// The name of its plugin, the `type` attribute; empty for a scene.
     pub plugin: String,
-    /// Its `id`, if it has one.
+    /// The `id`, if the object has one.
     pub id: Option<String>,
     /// Where it was written.
     pub place: SourceLocation,
-    /// The folder where its relative file names start.
+    /// The folder that relative file names start from.
     pub folder: Arc<PathBuf>,
     /// Its properties and child objects in document order. Children without a name are called `_arg_0`, `_arg_1`, ...
     pub properties: Vec<Property>,
@@ -163,7 +163,7 @@ pub enum Value {
     Rgb(DVec3),
     /// `<spectrum>`
     Spectrum(Spectrum),
-    /// `<point>` or `<vector>`, which may stand for each other: x, y and z
+    /// `<point>` or `<vector>`, which are interchangeable: x, y and z
     Vector(DVec3),
     /// `<transform>`, affine and invertible
     Transform(DAffine3),
@@ -180,12 +180,12 @@ pub enum Spectrum {
     Uniform(f64),
     /// Pairs of wavelength in nanometres and value.
     Tabulated(Vec<(f64, f64)>),
-    /// A file of such pairs.
+    /// A file of pairs of wavelength and value.
     File(String),
 }
 
 impl Value {
-    /// The name of its type in messages.
+    /// The name of the value's type, for messages.
     #[must_use]
     pub fn type_name(&self) -> &'static str {
         match self {

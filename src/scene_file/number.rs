@@ -1,4 +1,4 @@
-/// A whole number as people write it: `250000`, `2.5e5` or `25e4`; None if the text is not one, such as `1e-1`.
+/// Parses a whole number such as `250000`, `2.5e5` or `25e4`; None if the text is not a whole number, such as `1e-1`.
 #[must_use]
 pub fn whole_number(text: &str) -> Option<i128> {
     if let Ok(number) = text.parse() {

@@ -34,7 +34,7 @@ impl Plugin {
 }
 
 impl Param {
-    /// Its type, its range and its default.
+    /// The type, range and default of the parameter.
     fn terms(&self) -> String {
         let mut terms = vec![self.kind.name().to_owned()];
         if self.range != Range::FINITE {
@@ -48,7 +48,7 @@ impl Param {
         terms.join(", ")
     }
 
-    /// What it means, with the words that it may be.
+    /// The meaning of the parameter, with its allowed words.
     #[must_use]
     pub fn meaning(&self) -> String {
         match self.kind {
@@ -59,7 +59,7 @@ impl Param {
 }
 
 impl ParamKind {
-    /// The tag with which it stands in a scene file.
+    /// The tag of this category in a scene file.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -77,7 +77,7 @@ impl ParamKind {
     }
 }
 
-/// A paragraph in lines of at most [`WIDTH`] characters, as far as its words allow; a table stays as it is.
+/// A paragraph in lines of at most [`WIDTH`] characters; longer words are not broken. A table is not changed.
 fn filled(text: &str, indent: &str) -> String {
     if text.starts_with('|') {
         return text.to_owned();

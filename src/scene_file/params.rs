@@ -8,8 +8,8 @@ use super::{
 };
 use crate::math::Rgb;
 
-/// A plugin's view of its own object. It reads parameters by the plugin's table, checks their types and ranges, fills in
-/// the defaults, and reports in the end the properties that were not read.
+/// A plugin's view of its own object. It reads parameters according to the plugin's table: it checks types and ranges,
+/// and fills in the defaults. At the end it reports properties that were not read.
 ///
 /// # Errors
 /// A reader fails if the parameter has another type, is out of its range, or is absent and required.
@@ -20,15 +20,15 @@ pub struct Params<'d> {
     document: &'d Document,
     object: &'d Object,
     plugin: &'static Plugin,
-    /// Which of the object's properties were asked for, in the order of `object.properties`.
+    /// Whether each of `object.properties` was read.
     used: RefCell<Vec<bool>>,
 }
 
 impl<'d> Params<'d> {
-    /// The view of an object by the table of its plugin, which must be in the given list.
+    /// The view of an object, with the table of its plugin from the given list.
     ///
     /// # Errors
-    /// If the object is of another category, or the list has no plugin of its name.
+    /// If the object is of another category, or the list has no plugin with its name.
     pub fn of(
         document: &'d Document,
         id: ObjectId,
@@ -38,7 +38,7 @@ impl<'d> Params<'d> {
         let object = document.object(id);
         if object.category != category {
             let what = format!(
-                "{} \"{}\" stands where {} belongs",
+                "{} \"{}\" is used where {} is needed",
                 object.category,
                 object.plugin,
                 with_article(category.tag())
@@ -70,10 +70,11 @@ impl<'d> Params<'d> {
         self.object
     }
 
-    /// A number; an integer stands for a float.
+    /// A number; an integer is accepted as a float.
     ///
     /// # Errors
-    /// If it is of another type, out of its range, or absent and required. All readers below fail for the same reasons.
+    /// If the value is of another type, out of its range, or absent and required. All readers below fail for the same
+    /// reasons.
     pub fn float(&self, name: &str) -> Result<f64, SceneError> {
         self.required(name, self.optional_float(name)?)
     }
@@ -103,7 +104,7 @@ impl<'d> Params<'d> {
         Ok(number)
     }
 
-    /// true or false.
+    /// A boolean, true or false.
     pub fn boolean(&self, name: &str) -> Result<bool, SceneError> {
         let given = match self.find(name) {
             None => default_text(self.param(name)).map(|text| text == "true"),
@@ -113,7 +114,7 @@ impl<'d> Params<'d> {
         self.required(name, given)
     }
 
-    /// A text. For a [`ParamKind::Choice`] it is one of the choices.
+    /// A text. The text of a [`ParamKind::Choice`] is one of the choices.
     pub fn string(&self, name: &str) -> Result<&'d str, SceneError> {
         self.required(name, self.optional_string(name)?)
     }
@@ -149,10 +150,10 @@ impl<'d> Params<'d> {
         self.required(name, colour)
     }
 
-    /// The colour that a property holds, each channel within the parameter's range.
+    /// The colour in a property, each channel within the parameter's range.
     ///
-    /// A uniform `<spectrum>` is a grey where it stands for a reflectance. On an emitter it is an error: Mitsuba turns
-    /// it into the colour (1.2048, 0.9483, 0.9087) there.
+    /// A uniform `<spectrum>` is accepted as a grey reflectance. On an emitter it is an error: Mitsuba turns it into
+    /// the colour (1.2048, 0.9483, 0.9087) there.
     pub fn colour(&self, property: &Property) -> Result<Rgb, SceneError> {
         let rgb = match &property.value {
             Value::Rgb(rgb) => *rgb,
@@ -276,7 +277,7 @@ impl<'d> Params<'d> {
     /// Checks that every property was read.
     ///
     /// # Errors
-    /// A fault for each property that was not, with the names of all parameters.
+    /// One fault for each property that was not read, with the names of all parameters.
     pub fn finish(&self) -> Result<(), SceneError> {
         let mut error = SceneError(Vec::new());
         for (property, used) in self.object.properties.iter().zip(self.used.borrow().iter()) {
@@ -341,7 +342,7 @@ fn default_text(param: &Param) -> Option<&'static str> {
     }
 }
 
-/// Numbers in parameter tables are ours, and a test reads every one.
+/// Parses a number of a parameter table. The numbers are constants, and a test parses every one.
 fn parse_float(text: &str) -> f64 {
     text.parse().expect("a default in a parameter table is a number")
 }

@@ -1,10 +1,10 @@
 use super::{Category, Manual};
 
-/// The manual page of a plugin. Its table of parameters is also what its reader reads by, and the laws of its list run
-/// over its examples.
+/// The manual page of a plugin. The reader uses its table of parameters, and the laws of its category run over its
+/// examples.
 #[derive(Clone, Copy, Debug)]
 pub struct Plugin {
-    /// The category, which is its tag.
+    /// The category, given by the tag.
     pub category: Category,
     /// The text of its manual page.
     pub manual: Manual,
@@ -14,9 +14,9 @@ pub struct Plugin {
     pub summary: &'static str,
     /// Every parameter it reads.
     pub params: &'static [Param],
-    /// Elements as they stand in a scene. Each must be read without a fault, and the laws of the list hold for each.
+    /// Elements as they are written in a scene. Each must be valid, and the laws of the category hold for each.
     pub examples: &'static [&'static str],
-    /// Names of rows of `etendue verify` that check it besides the laws of its list; `*` stands for any text.
+    /// Names of rows of `etendue verify` that check the plugin, besides the laws of its category; `*` matches any text.
     pub evidence: &'static [&'static str],
 }
 
@@ -27,18 +27,18 @@ pub struct Param {
     pub name: &'static str,
     /// The type of its value.
     pub kind: ParamKind,
-    /// Its value when it is absent.
+    /// The value when the parameter is absent.
     pub default: DefaultValue,
-    /// The numbers that are allowed, for each channel of a colour.
+    /// The allowed numbers, for each channel of a colour.
     pub range: Range,
-    /// Its meaning, with its unit.
+    /// The meaning, with the unit.
     pub description: &'static str,
 }
 
 /// The type of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParamKind {
-    /// A number; an integer stands for a float.
+    /// A number; an integer is accepted.
     Float,
     /// A whole number.
     Integer,
@@ -56,26 +56,26 @@ pub enum ParamKind {
     Texture,
     /// Three coordinates: a point or a vector.
     Point,
-    /// An affine map that can be inverted.
+    /// An invertible affine map.
     Transform,
-    /// Triangles in arrays, which only scenes built in code can hold.
+    /// Triangles in arrays, only in scenes built in code.
     Mesh,
     /// A child object.
     Object(Category),
 }
 
-/// The value of a parameter that is absent.
+/// The value of an absent parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DefaultValue {
-    /// None: its absence is an error.
+    /// No value: the parameter must be given.
     Required,
-    /// None: the text says what the plugin does without it.
+    /// No value: the text says what the plugin does without it.
     Absent(&'static str),
-    /// This value, as it is written in a scene file.
+    /// This value, as written in a scene file.
     Value(&'static str),
 }
 
-/// The largest distance of a coordinate of a scene from 0.
+/// The largest allowed absolute value of a coordinate of a scene.
 pub const FARTHEST: f64 = 1e15;
 
 /// An interval of numbers.
@@ -83,7 +83,7 @@ pub const FARTHEST: f64 = 1e15;
 pub struct Range {
     /// The least allowed number.
     pub min: f64,
-    /// The greatest.
+    /// The greatest allowed number.
     pub max: f64,
     /// Whether `min` itself is excluded.
     pub open: bool,
@@ -98,7 +98,7 @@ impl Range {
     pub const NON_NEGATIVE: Self = Self { min: 0.0, max: f64::MAX, open: false };
     /// The emission of a light. Images hold 32-bit floats, which end at 3.4e38.
     pub const LIGHT: Self = Self { min: 0.0, max: 1e30, open: false };
-    /// A length. The hierarchy of boxes holds 32-bit floats, and the squares of lengths must stay below 3.4e38.
+    /// A length. The bounding volume hierarchy holds 32-bit floats, and the squares of lengths must stay below 3.4e38.
     pub const LENGTH: Self = Self { min: 0.0, max: FARTHEST, open: true };
     /// From 0 to 1, both included.
     pub const UNIT: Self = Self { min: 0.0, max: 1.0, open: false };
@@ -153,7 +153,7 @@ impl Param {
         Self { name, kind, default: DefaultValue::Absent(without), range: Range::FINITE, description }
     }
 
-    /// The same, with a range.
+    /// The same parameter with a range.
     #[must_use]
     pub const fn within(self, range: Range) -> Self {
         Self { range, ..self }

@@ -5,8 +5,8 @@ use crate::math::Frame;
 
 /// An affine map that is built step by step, for a parameter such as `to_world` of a scene built in code.
 ///
-/// A step applies after those before it, in the order of the operations in a `<transform>` element, and gives the same
-/// bits as they do. A step that is impossible is reported when the scene is built.
+/// Each step applies after the steps before it, in the order of the operations in a `<transform>` element, and gives
+/// the same bits. An invalid step is reported when the scene is built.
 ///
 /// ```
 /// # use etendue::prelude::*;
@@ -25,7 +25,7 @@ impl Default for Transform {
 }
 
 impl Transform {
-    /// The identity, to begin with.
+    /// The identity.
     pub fn new() -> Self {
         Self(Ok(DAffine3::IDENTITY))
     }
@@ -51,8 +51,8 @@ impl Transform {
         self.then(rotation(axis.into(), degrees))
     }
 
-    /// Moves the origin to `origin` and turns +z towards `target` and +y as far as possible towards `up`: where a camera
-    /// stands and looks. With an `up` of 0 the roll is arbitrary.
+    /// Places a camera: moves the origin to `origin`, and turns +z towards `target` and +y as far as possible towards
+    /// `up`. With an `up` of 0 the roll is arbitrary.
     pub fn look_at(self, origin: impl Into<DVec3>, target: impl Into<DVec3>, up: impl Into<DVec3>) -> Self {
         self.then(look_at(origin.into(), target.into(), up.into()))
     }
@@ -64,20 +64,21 @@ impl Transform {
         self.then(Ok(DAffine3 { matrix3, translation: column(3) }))
     }
 
-    /// The first fault stays.
+    /// Applies a step. The first fault is kept.
     fn then(self, step: Result<DAffine3, ParseFault>) -> Self {
         Self(self.0.and_then(|before| Ok(step? * before)))
     }
 }
 
-/// The least sine between `up` and the direction of a `<lookat>`; below, rounding alone would choose the roll.
+/// The least sine of the angle between `up` and the direction of a `<lookat>`. Below it, rounding alone would determine
+/// the roll.
 const PARALLEL: f64 = 1e-9;
 
-/// The least volume, per unit lengths of the columns, of a matrix that can be inverted: some rounding errors of the
+/// The least volume of an invertible matrix whose columns are scaled to unit length: a few rounding errors of the
 /// determinant.
 const SINGULAR: f64 = 1e-14;
 
-/// Refuses a map that cannot be inverted.
+/// Rejects a map that cannot be inverted.
 pub(super) fn regular(transform: DAffine3) -> Result<DAffine3, ParseFault> {
     if !transform.is_finite() {
         return Err(ParseFault::new("the transform is not finite").hint("use smaller numbers"));

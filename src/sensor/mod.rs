@@ -208,7 +208,7 @@ impl Projection {
         let distance = distance_squared.sqrt();
         let at_depth_one = (origin + offset * (focus / local.z)).truncate() / focus;
         let cos = local.z / distance;
-        // A pixel's solid angle is that of its area at depth 1, px py cos³ θ, through any point of the lens.
+        // A pixel subtends the solid angle of its area at depth 1, px py cos³ θ, through any point of the lens.
         let solid_angle = self.pixel.x * self.pixel.y * cos * cos * cos;
         let start = self.to_world.transform_point3(origin + offset * (self.near / local.z));
         Some(SensorSample {

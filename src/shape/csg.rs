@@ -13,15 +13,15 @@ use crate::{
 /// Constructive solid geometry: the union or the intersection of solids, or the difference of the first solid and all
 /// others.
 ///
-/// The operands can be spheres, ellipsoids, cubes, closed meshes, planes (the half-space below the plane), cylinders and
-/// other quadrics (closed by flat faces), and other csgs, nested as deeply as scene files can be. A csg with a single
-/// operand is that solid, closed by flat faces. Normals point out of the result, so that rays enter and leave glass in
-/// turn, and a union has no inner surfaces. The BSDF of an operand applies to the part of its surface that remains. The
-/// BSDF of the csg applies to operands without their own.
+/// The operands can be spheres, ellipsoids, cubes, closed meshes, planes (the half-space below the plane), cylinders
+/// and other quadrics (closed by flat faces), and other csgs, nested as deeply as scene files can be. A csg with a
+/// single operand is that solid, closed by flat faces. Normals point out of the result, so that rays enter and leave
+/// glass in turn, and a union has no inner surfaces. The BSDF of an operand applies to the part of its surface that
+/// remains. The BSDF of the csg applies to operands without their own.
 ///
-/// Details thinner than the offset of spawned rays, 1e-9 of the coordinates, vanish: where faces of operands coincide or
-/// touch, the result has neither a gap nor a skin, and the surface is that of the first operand. The shells of a mesh
-/// must face outwards. A shell that faces inwards within another shell bounds a cavity.
+/// Details thinner than the offset of spawned rays, 1e-9 of the coordinates, vanish: where faces of operands coincide
+/// or touch, the result has neither a gap nor a skin, and the surface belongs to the first operand. The shells of a
+/// mesh must face outwards. A shell that faces inwards within another shell bounds a cavity.
 #[derive(Clone, Debug)]
 pub struct Csg {
     operation: Operation,
@@ -29,7 +29,8 @@ pub struct Csg {
     materials: Vec<Option<ObjectId>>,
     /// Whether the csg has exactly two operands and both are convex.
     is_convex_pair: bool,
-    /// The csg's `to_world`, if it has one. Without it, the operands are in the space of the parent csg or of the world.
+    /// The csg's `to_world`, if it has one. Without it, the operands are in the space of the parent csg or of the
+    /// world.
     transform: Option<Affine>,
     bounds: Aabb,
 }

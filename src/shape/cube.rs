@@ -6,8 +6,9 @@ use crate::{
     scene_file::{Category, Described, Params, Plugin, SceneError, manual},
 };
 
-/// The cube from -1 to 1 on every axis, or a parallelepiped as its affine image. Face `2 axis + side` lies at -1 (`side`
-/// 0) or +1 (`side` 1) on that axis. The texture coordinates of each face cover the unit square, oriented as in Mitsuba.
+/// The cube from -1 to 1 on every axis, or a parallelepiped as its affine image. Face `2 axis + side` lies at -1
+/// (`side` 0) or +1 (`side` 1) on that axis. The texture coordinates of each face cover the unit square, oriented as in
+/// Mitsuba.
 #[derive(Clone, Debug)]
 pub struct Cube {
     affine: Affine,

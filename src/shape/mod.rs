@@ -112,7 +112,7 @@ pub trait ShapeModel {
     /// The first hit with `t_min < t < t_max`.
     fn intersect(&self, ray: &Ray) -> Option<Hit>;
 
-    /// The hierarchy of a shape that has one of its own. Its blocks can be intersected one by one.
+    /// The shape's own hierarchy, if it has one. Its blocks can be intersected one by one.
     fn hierarchy(&self) -> Option<&Bvh> {
         None
     }
@@ -273,7 +273,8 @@ catalogue! { ($)
     }
 }
 
-/// Answers of the traits that are asked for all along a ray: by these names they are inlined, kind by kind.
+/// Methods that are called for every ray. They are inherent methods here, so that the compiler inlines them for each
+/// kind of shape.
 impl Geometry {
     #[inline(always)]
     fn intersect_block(&self, block: u32, ray: &Ray, shear: &mut Option<Shear>) -> Option<Hit> {
@@ -322,8 +323,8 @@ impl Shape {
     }
 }
 
-/// Forwards to the geometry and reverses its normals if `flipped`. Every method is written out, because the default of a
-/// new method would be wrong.
+/// Forwards to the geometry and reverses its normals if `flipped`. Every method is written out, because the default of
+/// a new method would be wrong.
 #[deny(clippy::missing_trait_methods)]
 impl ShapeModel for Shape {
     fn bounds(&self) -> Aabb {

@@ -1,13 +1,14 @@
 //! The crossings of a line with solids, on which constructive solid geometry is built.
 //!
-//! A solid returns the intervals of a line, not its first hit, so that union, intersection and difference are operations
-//! on sorted lists. Roth 1982, "Ray Casting for Modeling Solids", Computer Graphics and Image Processing 18(2).
+//! A solid returns the intervals of a line, not its first hit, so that union, intersection and difference are
+//! operations on sorted lists. Roth 1982, "Ray Casting for Modeling Solids", Computer Graphics and Image Processing
+//! 18(2).
 //!
 //! **Faces that coincide or touch.** Details thinner than the offset of spawned rays (about 1e-9 of the coordinates)
-//! vanish: crossings of a line that are closer together are treated as simultaneous, and only the difference between the
-//! states before and after all of them counts. Hence solids that share a face have no gap between them, subtracting a
-//! solid up to the face of another leaves no skin, and two solids that touch do not overlap. Where the faces of two
-//! operands coincide on the surface of the result, the surface is that of the first operand.
+//! vanish: crossings of a line that are closer together are treated as simultaneous, and only the difference between
+//! the states before and after all of them counts. Hence solids that share a face have no gap between them, subtracting
+//! a solid up to the face of another leaves no skin, and two solids that touch do not overlap. Where the faces of two
+//! operands coincide on the surface of the result, the surface belongs to the first operand.
 
 use glam::DVec2;
 use smallvec::SmallVec;

@@ -16,8 +16,8 @@ use crate::{
 /// wrong sphere; the exact equivalent in Mitsuba is an `instance` of a `shapegroup`.) Texture coordinates are the
 /// azimuth divided by 2π and the polar angle divided by π.
 ///
-/// A spherical area light is sampled uniformly in the solid angle of its visible cap, so that the only variance of the
-/// estimate of an unoccluded, uniform light is that of the receiver's cosine. Ellipsoids, and spheres from inside, are
+/// A spherical area light is sampled uniformly in the solid angle of its visible cap, so that the estimate of an
+/// unoccluded, uniform light varies only by the receiver's cosine. Ellipsoids, and spheres from inside, are
 /// sampled uniformly on the area of the canonical sphere.
 #[derive(Clone, Debug)]
 pub struct EllipsoidShape<K> {
@@ -49,7 +49,7 @@ const CENTER: Param = Param::new("center", ParamKind::Point, "0, 0, 0", "the cen
 pub struct Sphere;
 
 impl EllipsoidKind for Sphere {
-    /// As in Mitsuba, where a reflection reverses the normals of spheres but not those of other shapes.
+    /// As in Mitsuba, where a reflection reverses the normals of spheres, but not of other shapes.
     const FLIPS_WHEN_MIRRORED: bool = true;
 
     const PLUGIN: Plugin = Plugin {
@@ -140,9 +140,9 @@ impl<K> EllipsoidShape<K> {
     #[inline(always)]
     fn roots(&self, ray: &Ray) -> Option<[f64; 2]> {
         let Ray { origin: o, direction: d, .. } = self.affine.ray(ray);
-        // Half the chord follows from the point of the line that is nearest to the centre, which stays accurate for distant
-        // origins. Hearn and Baker; Haines et al. 2019, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing
-        // Gems, chapter 7.
+        // Half the chord follows from the point of the line that is nearest to the centre, which stays accurate for
+        // distant origins. Hearn and Baker; Haines et al. 2019, "Precision Improvements for Ray/Sphere Intersection",
+        // Ray Tracing Gems, chapter 7.
         let inverse = d.length_squared().recip();
         let middle = -o.dot(d) * inverse;
         let inside = 1.0 - (o + middle * d).length_squared();

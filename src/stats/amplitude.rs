@@ -17,7 +17,7 @@ use super::{
 /// The fitted amplitude of a predicted curve.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Amplitude {
-    /// The amplitude, in the unit of y over that of the curve.
+    /// The amplitude, in the unit of y divided by the unit of the curve.
     pub value: f64,
     /// Its standard error.
     pub std_error: f64,
@@ -48,7 +48,8 @@ pub struct Amplitudes {
 impl Amplitudes {
     /// Fits one or two curves, given by their values at the points.
     ///
-    /// `None` unless there are more points than curves, all values are finite, all errors above 0, and the curves differ.
+    /// `None` unless there are more points than curves, all values are finite, all errors above 0, and the curves
+    /// differ.
     #[must_use]
     pub fn fit(points: &[Point], curves: &[Vec<f64>]) -> Option<Self> {
         let sound = |p: &Point| p.y.is_finite() && p.std_error > 0.0 && p.std_error.is_finite() && p.dof > 0.0;

@@ -21,7 +21,7 @@ pub struct LogInterval {
 }
 
 impl LogInterval {
-    /// The interval of an estimate given by its logarithm and the standard error of that.
+    /// The interval of an estimate given by its logarithm and the standard error of the logarithm.
     fn of_log(log: f64, std_error: f64, dof: f64) -> Self {
         let half = std_error * student::two_sided_t(OUTSIDE, dof);
         Self { value: log.exp(), low: (log - half).exp(), high: (log + half).exp() }
@@ -33,7 +33,7 @@ fn dof(a: &Slope, b: &Slope) -> f64 {
     a.dof.min(b.dof)
 }
 
-/// The y of the first line over that of the second, at an x above 0.
+/// The y of the first line divided by the y of the second, at an x above 0.
 #[must_use]
 pub fn ratio(a: &Slope, b: &Slope, x: f64) -> LogInterval {
     let log = a.at(x).ln() - b.at(x).ln();

@@ -35,8 +35,8 @@ impl Default for FitCriteria {
 
 impl FitCriteria {
     /// The criteria for each of several predictions, with Šidák-corrected probabilities (Šidák 1967): if all
-    /// predictions are correct, the probability that any fails is that of one prediction. This widens the intervals,
-    /// but their maximum half-width stays the same.
+    /// predictions are correct, the probability that any fails is as large as for a single prediction. This widens the
+    /// intervals, but their maximum half-width stays the same.
     #[must_use]
     pub fn shared(self, predictions: usize) -> Self {
         let each = |alpha| multiple::sidak_level(alpha, predictions.max(1));

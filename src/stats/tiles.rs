@@ -171,8 +171,8 @@ impl TiledMeans {
     /// The tiles of one image with variances, assuming that its pixels are independent (box filter, independent
     /// sampler, no photons shared between pixels).
     ///
-    /// The correlation of the channels within a pixel is unknown, so the variance of the luminance is an upper bound,
-    /// that of perfectly correlated channels. It is exact for grey noise and conservative otherwise.
+    /// The correlation of the channels within a pixel is unknown, so the variance of the luminance is an upper bound:
+    /// it assumes perfectly correlated channels. It is exact for grey noise and conservative otherwise.
     ///
     /// # Errors
     /// If a slice does not have one entry per pixel.

@@ -44,8 +44,8 @@ pub(super) struct ErrorDecomposition {
 }
 
 impl ErrorDecomposition {
-    /// Decomposes the errors of the runs' values with respect to `reference`. `noise` holds the variances of the reference's
-    /// values, if known.
+    /// Decomposes the errors of the runs' values with respect to `reference`. `noise` holds the variances of the
+    /// reference's values, if known.
     ///
     /// # Panics
     /// If there is no run, or a run and the reference have different numbers of values.
@@ -57,8 +57,8 @@ impl ErrorDecomposition {
         );
         let mean: Vec<f64> = (0..reference.len()).map(|p| runs.iter().map(|run| run[p]).sum::<f64>() / count).collect();
         let noise_mean = noise.map_or(0.0, |noise| noise.iter().sum::<f64>() / n);
-        // Per run, averaged over the values: squared distance to the reference, squared distance to the mean of all runs, the
-        // inner product of (run - mean) and (mean - reference), and the signed error.
+        // Per run, averaged over the values: squared distance to the reference, squared distance to the mean of all
+        // runs, the inner product of (run - mean) and (mean - reference), and the signed error.
         let of_run = |run: &Vec<f64>| {
             let terms = run
                 .iter()
@@ -89,7 +89,8 @@ impl ErrorDecomposition {
             };
             (of(variance, |part| part.0), of(bias_squared, |part| part.1))
         });
-        // All runs share one reference. Its errors e, of variance v, add e² − v and 2 e (x̄ − r) to MSE and squared bias.
+        // All runs share one reference. Its errors e, of variance v, add e² − v and 2 e (x̄ − r) to MSE and squared
+        // bias.
         let bias_squared = split.map_or(away - noise_mean, |(_, bias)| bias.value).max(0.0);
         let squares = noise.map_or(0.0, |noise| noise.iter().map(|v| v * v).sum::<f64>());
         let of_reference = (2.0 * squares + 4.0 * bias_squared * noise_mean * n) / (n * n);
@@ -105,8 +106,8 @@ impl ErrorDecomposition {
     }
 }
 
-/// The jackknife standard error from the leave-one-out estimates; None for two or fewer. Efron and Stein 1981, "The Jackknife
-/// Estimate of Variance".
+/// The jackknife standard error from the leave-one-out estimates; None for two or fewer. Efron and Stein 1981, "The
+/// Jackknife Estimate of Variance".
 fn jackknife(without: impl Iterator<Item = f64>) -> Option<f64> {
     let moments: Moments = without.collect();
     let count = moments.n as f64;
@@ -174,7 +175,7 @@ mod tests {
         assert!((error_decomposition.mse.value - (5.0 + 4.0 + 13.0) / 6.0).abs() < 1e-14, "{error_decomposition:?}");
         assert!((error_decomposition.mse.value - variance.value - bias.value).abs() < 1e-14);
         assert_eq!(error_decomposition.bias.value, 1.0);
-        // The leave-one-out variances are those of (2,3),(0,2) -> 1.25; (1,3),(-2,2) -> 5; (1,2),(-2,0) -> 1.25.
+        // The leave-one-out variances are of (2,3),(0,2) -> 1.25; (1,3),(-2,2) -> 5; (1,2),(-2,0) -> 1.25.
         let by_hand: Moments = [1.25, 5.0, 1.25].into_iter().collect();
         assert!(
             (variance.std_error.unwrap() - (by_hand.m2 * 2.0 / 3.0).sqrt()).abs() < 1e-14,
@@ -205,8 +206,8 @@ mod tests {
 
     #[test]
     fn standard_errors_match_the_scatter_or_are_somewhat_larger() {
-        // The scatter of 4,000 studies is known to about 5 %. Without bias the squared bias is a degenerate statistic, for which
-        // the jackknife doubles the variance.
+        // The scatter of 4,000 studies is known to about 5 %. Without bias the squared bias is a degenerate statistic,
+        // for which the jackknife doubles the variance.
         for (bias, noise) in [(0.0, 0.0), (0.4, 0.0), (0.4, 0.6)] {
             let ratio = |(found, said): (Moments, f64)| said / found.variance().unwrap();
             let variance = ratio(moments(bias, noise, |s| s.variance.unwrap()));

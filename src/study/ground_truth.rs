@@ -41,8 +41,8 @@ impl Picture {
     }
 }
 
-/// The image with a layer in place of its beauty. The variances of the beauty are dropped, because they are not those of the
-/// layer.
+/// The image with a layer in place of its beauty. The variances of the beauty are dropped, because they do not apply to
+/// the layer.
 fn layered(mut image: Image, layer: Option<&str>, name: &str) -> Result<Image, StudyError> {
     let Some(layer) = layer.filter(|layer| !layer.is_empty()) else { return Ok(image) };
     let channels: Option<Vec<_>> = ["R", "G", "B"]
@@ -100,7 +100,8 @@ impl GroundTruth {
         })
     }
 
-    /// The mean of runs. Its noise is the scatter between the runs, or the variances of the image if there is only one run.
+    /// The mean of runs. Its noise is the scatter between the runs, or the variances of the image if there is only one
+    /// run.
     fn of_runs(plan: &Plan, index: usize, layer: Option<&str>) -> Result<Option<Self>, StudyError> {
         let Some(cell) = plan.cells.iter().find(|cell| cell.scene == index && cell.method.is_none()) else {
             return Ok(None);

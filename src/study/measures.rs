@@ -11,7 +11,7 @@ use crate::{
     stats::Tiling,
 };
 
-/// The error metrics of one image. They account neither for its noise nor for that of the reference.
+/// The error metrics of one image. They account neither for its noise nor for the noise of the reference.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Measures {
     /// Metrics over all pixels.

@@ -1,8 +1,8 @@
 //! Convergence studies: scenes x methods x budgets, each with independent runs, compared with references.
 //!
-//! A study is a TOML file; `assets/studies/README.md` describes its format and has examples. Each *cell* (a scene, a method and
-//! one value of the varied parameter) has several *runs* with different seeds. Each run is an image rendered by a separate
-//! process. All results are computed from the images.
+//! A study is a TOML file; `assets/studies/README.md` describes its format and has examples. Each *cell* (a scene, a
+//! method and one value of the varied parameter) has several *runs* with different seeds. Each run is an image rendered
+//! by a separate process. All results are computed from the images.
 //!
 //! | part | file |
 //! |---|---|
@@ -21,17 +21,18 @@
 //!
 //! # Reported errors
 //!
-//! Let x_kp be the value of pixel and channel p in run k of K, r_p the reference with the variance v_p of its noise. Over all
-//! n values of p in the image or mask,
+//! Let x_kp be the value of pixel and channel p in run k of K, r_p the reference with the variance v_p of its noise.
+//! Over all n values of p in the image or mask,
 //!
 //! - the variance is the mean over p of the unbiased variance between runs, Σ_k (x_kp − x̄_p)² / (K − 1);
-//! - the squared bias is the mean over p of (x̄_p − r_p)², less variance / K and less the mean of v_p, because (x̄_p − r_p)²
-//!   contains both. The estimate may be negative; if the true value is 0, it is negative about half of the time;
-//! - the MSE is the mean over k and p of (x_kp − r_p)², less the mean of v_p. It is the sum of variance and squared bias.
+//! - the squared bias is the mean over p of (x̄_p − r_p)², less variance / K and less the mean of v_p, because (x̄_p −
+//!   r_p)² contains both. The estimate may be negative; if the true value is 0, it is negative about half of the time;
+//! - the MSE is the mean over k and p of (x_kp − r_p)², less the mean of v_p. It is the sum of variance and squared
+//!   bias.
 //!
-//! Standard errors come from the scatter between runs. Those of means are computed directly. Those of variance and squared
-//! bias are jackknife estimates (Efron and Stein 1981), which are biased upwards. The contribution of the reference's noise to
-//! the standard errors of MSE and squared bias is added in quadrature.
+//! Standard errors come from the scatter between runs. Standard errors of means are computed directly. Standard errors
+//! of variance and squared bias are jackknife estimates (Efron and Stein 1981), which are biased upwards. The
+//! contribution of the reference's noise to the standard errors of MSE and squared bias is added in quadrature.
 
 mod check;
 mod comparison;

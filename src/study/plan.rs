@@ -215,7 +215,7 @@ impl Builder<'_> {
         Ok(Cell { scene: self.index, method, x_name, x, spp: spec.spp, parameters, runs, id })
     }
 
-    /// The scene's parameters. Those of the method override those of the scene.
+    /// The scene's parameters. The method's parameters override the scene's.
     fn defines(&self, own: &BTreeMap<String, Scalar>) -> BTreeMap<String, String> {
         let mut all = texts(&self.scene.defines);
         all.extend(texts(own));
@@ -262,9 +262,9 @@ fn texts(values: &BTreeMap<String, Scalar>) -> BTreeMap<String, String> {
     values.iter().map(|(name, value)| (name.clone(), value.to_string())).collect()
 }
 
-/// The first of the 1024 seeds of a cell. The upper 22 of 32 bits are a hash of the cell's name. So a cell keeps its seeds when
-/// other cells change, and the seeds fit Mitsuba's 32 bits. Cells must not share seeds: the first 16 samples of a pixel are
-/// the same at 16 and at 64 samples, so such cells would not be independent.
+/// The first of the 1024 seeds of a cell. The upper 22 of 32 bits are a hash of the cell's name. So a cell keeps its
+/// seeds when other cells change, and the seeds fit Mitsuba's 32 bits. Cells must not share seeds: the first 16 samples
+/// of a pixel are the same at 16 and at 64 samples, so such cells would not be independent.
 fn first_seed(cell: &str) -> u64 {
     let hash = Sha256::digest(cell.as_bytes());
     let bits = u32::from_be_bytes([hash[0], hash[1], hash[2], hash[3]]);

@@ -86,7 +86,8 @@ impl RunExecutor {
     /// Renders runs of étendue, several at a time, and calls `made` for each when its image exists.
     ///
     /// # Errors
-    /// The first error that occurs, of a process or of `made`. Processes that have started are finished; no others are started.
+    /// The first error that occurs, of a process or of `made`. Processes that have started are finished; no others are
+    /// started.
     pub fn make(
         &self,
         runs: &[&Run],

@@ -1,7 +1,7 @@
 //! The structural similarity of two pictures.
 //!
-//! No crate was suitable: one is under the AGPL, one measures video frames in decibels, and one (image-compare 0.5) uses sums
-//! instead of variances, which makes its second constant 64 times too small.
+//! No crate was suitable: one is under the AGPL, one measures video frames in decibels, and one (image-compare 0.5)
+//! uses sums instead of variances, which makes its second constant 64 times too small.
 
 use crate::film::picture::RgbImage;
 
@@ -14,8 +14,8 @@ const C1: f64 = 0.01 * 0.01;
 /// (K₂ L)² for values from 0 to 1.
 const C2: f64 = 0.03 * 0.03;
 
-/// The mean SSIM of the luma of two pictures of the same size, over all windows within them. It is 1 if the pictures are
-/// equal. None if they are smaller than a window.
+/// The mean SSIM of the luma of two pictures of the same size, over all windows within them. It is 1 if the pictures
+/// are equal. None if they are smaller than a window.
 ///
 /// Wang et al. 2004, "Image Quality Assessment: From Error Visibility to Structural Similarity", eq. (13), with its
 /// Gaussian window of σ = 1.5. Luma is 0.2126 R + 0.7152 G + 0.0722 B of the encoded values.
@@ -68,7 +68,8 @@ mod tests {
 
     #[test]
     fn agrees_with_scipy() {
-        // scipy 1.17.1: gaussian_filter(sigma=1.5, truncate=3.5) of x, y, x², y², xy; eq. (13); mean without 5 pixels of border.
+        // scipy 1.17.1: gaussian_filter(sigma=1.5, truncate=3.5) of x, y, x², y², xy; eq. (13); mean without 5 pixels
+        // of border.
         let [a, b] = pictures();
         let found = mean(&a, &b).unwrap();
         assert!((found - SCIPY).abs() < 1e-12, "{found}");

@@ -135,8 +135,8 @@ impl CellFound {
         }
     }
 
-    /// The efficiency 1 / (MSE x core-seconds), with its standard error to first order; None if either is unknown or not
-    /// positive.
+    /// The efficiency 1 / (MSE x core-seconds), with its standard error to first order; None if either is unknown or
+    /// not positive.
     pub(super) fn efficiency(&self, masked: bool) -> Option<Uncertain> {
         let (mse, time) = (self.quantity(Quantity::Mse, masked)?, self.core_seconds?);
         let value = 1.0 / (mse.value * time.value);

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 /// A predicted curve over N, the number of samples, passes or photons.
 ///
 /// The curves of progressive photon mapping follow Knaus and Zwicker 2011, "Progressive Photon Mapping: A Probabilistic
-/// Approach", section 4: the radius of pass i follows r²_{i+1} = r²_i (i + α) / (i + 1). The curves are exact sums, because
-/// at a thousand passes the slope still differs from its asymptote by 0.02.
+/// Approach", section 4: the radius of pass i follows r²_{i+1} = r²_i (i + α) / (i + 1). The curves are exact sums,
+/// because at a thousand passes the slope still differs from its asymptote by 0.02.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(super) enum Curve {
@@ -80,8 +80,8 @@ impl Curve {
     }
 }
 
-/// The squared radii of progressive passes, relative to the first. The recursion is independent of the integrator's code, so
-/// that a fault there does not affect the prediction.
+/// The squared radii of progressive passes, relative to the first. The recursion is independent of the integrator's
+/// code, so that a fault there does not affect the prediction.
 struct Radii {
     alpha: f64,
     pass: f64,

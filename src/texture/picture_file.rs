@@ -19,7 +19,7 @@ use zune_jpeg::{
 pub(super) struct Decoded {
     pub(super) width: usize,
     pub(super) height: usize,
-    /// Row by row.
+    /// The texels, row by row.
     pub(super) texels: Vec<[f32; 3]>,
     /// Whether the file holds linear floating-point numbers.
     pub(super) is_linear: bool,
@@ -30,7 +30,7 @@ const MAX_SIDE: usize = 65_536;
 /// The largest size of the decoded file in bytes.
 const MAX_BYTES: usize = 1 << 30;
 
-/// Reads a picture. The first bytes of the file decide which format it has, not its name.
+/// Reads a picture. The first bytes of the file determine its format, not its name.
 pub(super) fn read(path: &Path) -> Result<Decoded, String> {
     let fault = |what: &dyn Display| format!("{}: {what}", path.display());
     let mut reader = File::open(path).map(BufReader::new).map_err(|e| fault(&e))?;
@@ -95,13 +95,14 @@ fn colour(channels: [u16; 3], max: u16) -> [f32; 3] {
     channels.map(|value| f32::from(value) / f32::from(max))
 }
 
-/// Multiplies by the reciprocal, which may differ from the quotient in the last bit, so that images with grey textures
-/// stay the same to the last bit.
+/// Converts by multiplying with the reciprocal. It may differ from the quotient in the last bit, but keeps images with
+/// grey textures unchanged to the last bit.
 fn grey(value: u16, max: u16) -> [f32; 3] {
     [f32::from(value) * f32::from(max).recip(); 3]
 }
 
-/// Reads the first layer with R, G and B. The picture is the display window: black where the file has no data.
+/// Reads the first layer with R, G and B. The picture covers the display window, and is black where the file has no
+/// data.
 fn open_exr(reader: impl BufRead + Seek) -> Result<Decoded, String> {
     let fault = |error: exr::error::Error| error.to_string();
     let chunks = exr::block::read(reader, false).map_err(fault)?;

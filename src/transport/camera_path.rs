@@ -86,7 +86,7 @@ impl<'s> CameraPath<'s> {
         self.throughput * emitter_weight * emitted + self.self_emission()
     }
 
-    /// What the material of the current point adds to the image by its self-emission.
+    /// The radiance that the current point's material adds to the image by its self-emission.
     #[inline]
     pub fn self_emission(&self) -> Rgb {
         match &self.si {

@@ -1,4 +1,4 @@
-//! What integrators share: paths from the camera, paths from emitters, emitter sampling and Russian roulette.
+//! Code that integrators share: paths from the camera, paths from emitters, emitter sampling and Russian roulette.
 
 mod camera_path;
 mod class;
@@ -38,8 +38,8 @@ pub fn power_heuristic(ours: PerSolidAngle, other: PerSolidAngle) -> f64 {
     if ours > 0.0 { ours / (ours + other) } else { 0.0 }
 }
 
-/// The greatest probability with which Russian roulette lets a path continue, so that one caught by total internal
-/// reflection ends.
+/// The greatest probability with which Russian roulette lets a path continue. It is below 1, so that paths caught by
+/// total internal reflection end.
 const MAX_SURVIVAL: f64 = 0.95;
 /// Up to this depth, light paths may survive Russian roulette with probability 1.
 const MAX_CERTAIN_DEPTH: u32 = 32;

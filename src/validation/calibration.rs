@@ -1,4 +1,4 @@
-//! The verdict held against itself.
+//! The error rate of the verdict, measured on pairs of our own images.
 
 use crate::{
     comparison::{self, ImageEstimate},
@@ -10,10 +10,10 @@ use crate::{
     validation::reference::{REPLICATES, SEED},
 };
 
-/// This law.
+/// The law of the verdict.
 pub(super) const LAWS: &[Law] = &[Law {
     name: "calibration/a-a",
-    claim: "Two renderings of the same scene with different seeds are told apart in about 1 % of all cases.",
+    claim: "The verdict finds a difference in about 1 % of pairs of images of one scene with different seeds.",
     source: "the level of the verdict; exact binomial probability of as many rejections or more",
     check: Check::Scenes(calibrate),
 }];

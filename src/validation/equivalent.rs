@@ -1,4 +1,4 @@
-//! Biased images held against the references of other integrators.
+//! Equivalence tests of biased images against unbiased references.
 
 use crate::{
     comparison::{
@@ -13,35 +13,36 @@ use crate::{
     validation::reference::SEED,
 };
 
-/// These laws.
+/// The laws of equivalence.
 pub(super) const LAWS: &[Law] = &[
     Law {
         name: "photon-map/mitsuba",
-        claim: "Photon-mapped images, with radii extrapolated to 0, are equivalent to Mitsuba's path tracing where lights have areas, \
-                and to its light tracing, without what is seen in mirrors and glass, where they are points.",
+        claim: "Photon-mapped images, with radii extrapolated to 0, are equivalent to references by Mitsuba: by path tracing where \
+                lights have areas, and by light tracing where they are points, without the light visible in mirrors and glass.",
         source: "two one-sided tests, Schuirmann 1987; bias of a density estimate is even in the radius",
         check: Check::Scenes(photon_mapped),
     },
     Law {
         name: "progressive/mitsuba",
-        claim: "Images of few progressive passes, with radii extrapolated to 0, are equivalent to Mitsuba's path tracing where lights \
-                have areas, and to its light tracing, without what is seen in mirrors and glass, where they are points.",
-        source: "two one-sided tests, Schuirmann 1987; radii of all passes are as those of the first, and bias is even in them",
+        claim: "Images of a few progressive passes, with radii extrapolated to 0, are equivalent to references by Mitsuba: by path \
+                tracing where lights have areas, and by light tracing where they are points, without the light visible in mirrors \
+                and glass.",
+        source: "two one-sided tests, Schuirmann 1987; the radii of all passes are proportional to the first, and the bias is even in them",
         check: Check::Scenes(progressive),
     },
 ];
 
-/// The least radius of a lookup over that of the scene.
+/// The smallest lookup radius divided by the radius in the scene.
 const LEAST_RADIUS: f64 = 0.012;
 
-/// Whether a scene asks for an integrator whose images are biased and have no variance, so that laws hold it against its
-/// reference by equivalence.
+/// Whether a scene's integrator makes biased images without variance. Laws compare such a scene with its reference by
+/// equivalence tests.
 pub(super) fn is_biased(scene: &SceneFile) -> Result<bool, SceneError> {
     let integrator = Integrator::of_scene(&xml::read(&scene.path, &[])?, &Overrides::default())?;
     Ok(!integrator.has_variance())
 }
 
-/// Holds a scene of photon mapping against its reference.
+/// Compares a photon-mapped scene with its reference.
 fn photon_mapped(scene: &SceneFile, effort: Effort) -> Result<Vec<Finding>, CheckError> {
     if !is_biased(scene)? {
         return Ok(Vec::new());
@@ -58,8 +59,8 @@ fn photon_mapped(scene: &SceneFile, effort: Effort) -> Result<Vec<Finding>, Chec
     biased.compare(scene, effort)
 }
 
-/// Scenes that progressive photon mapping is held against, with the schedule and the least radius of the first pass
-/// over that of the scene, and how many images of how many passes of how many photons there are.
+/// The scenes for progressive photon mapping: the name, the radius schedule, the smallest radius of the first pass
+/// divided by the radius in the scene, the number of images, and the numbers of passes and photons of each.
 const SCENES: [(&str, &str, f64, u32, u32, &str); 5] = [
     ("figure-8-photons", "per_pixel", 0.02, 8, 8, "30000"),
     ("figure-9-caustic", "per_pass", 0.016, 12, 16, "40000"),
@@ -68,7 +69,7 @@ const SCENES: [(&str, &str, f64, u32, u32, &str); 5] = [
     ("photon-caustic", "per_pixel", 0.012, 8, 8, "30000"),
 ];
 
-/// Holds progressive photon mapping of one of these scenes against the scene's reference.
+/// Compares progressive photon mapping of one of these scenes with the scene's reference.
 fn progressive(scene: &SceneFile, effort: Effort) -> Result<Vec<Finding>, CheckError> {
     let stem = scene.stem();
     let Some((_, schedule, least, images, passes, photons)) = SCENES.into_iter().find(|(known, ..)| *known == stem)
@@ -90,22 +91,22 @@ fn progressive(scene: &SceneFile, effort: Effort) -> Result<Vec<Finding>, CheckE
 /// The quick effort takes one sample of each pixel where the standard one takes this many.
 const QUICK_SHARE: u32 = 4;
 
-/// A biased image.
+/// The settings of a biased image.
 struct Biased<'a> {
-    /// The name of the integrator, unless it is the scene's own.
+    /// The name of the integrator; None for the scene's own.
     integrator: Option<&'a str>,
     params: &'a [(&'a str, &'a str)],
-    /// The parameters that are radii.
+    /// The names of the parameters that are radii.
     radii: &'a [&'a str],
-    /// The least of them, over the radius of the scene.
+    /// The smallest radius, divided by the radius in the scene.
     least: f64,
-    /// Independent images at the standard effort, and samples of each pixel in one.
+    /// The number of independent images at the standard effort, and the samples per pixel of each.
     passes: u32,
     samples: u32,
 }
 
 impl Biased<'_> {
-    /// Whether it is equivalent to the reference of a scene.
+    /// Tests the equivalence to the reference of a scene.
     fn compare(&self, scene: &SceneFile, effort: Effort) -> Result<Vec<Finding>, CheckError> {
         let reference = Reference::load(&scene.reference)?;
         reference.check_fresh(&scene.reference, &scene.path)?;

@@ -1,4 +1,4 @@
-//! Rows of evidence.
+//! The evidence of a run: findings of laws, and comparisons of scenes.
 
 use std::path::PathBuf;
 
@@ -9,24 +9,24 @@ use crate::{
     stats::Outcome,
 };
 
-/// One line of the table: a claim about a subject, the number that was found, and whether it bears the claim out.
+/// A finding: a claim about a subject, the number that was found, and whether it supports the claim.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// The law's name.
+    /// The name of the law.
     pub name: String,
-    /// What is claimed.
+    /// The claim of the law.
     pub claim: String,
-    /// Where the claim comes from.
+    /// The source of the claim.
     pub source: String,
-    /// The number.
+    /// The subject and the number that was found.
     pub finding: Finding,
     /// The level at which a test fails, [`level_of_each`](crate::law::level_of_each).
     pub level: f64,
     /// The relative bias of a mean that the test would have detected, if it is a test of means.
     pub detectable_bias: Option<f64>,
-    /// Whether it holds.
+    /// Whether the finding holds.
     pub passed: bool,
-    /// The command that finds it again.
+    /// The command that reproduces the finding.
     pub reproduce: String,
 }
 
@@ -39,41 +39,41 @@ pub struct SceneEvidence {
     pub scene: PathBuf,
     /// The reference folder.
     pub reference: PathBuf,
-    /// Who made the reference: renderer, version, variant and samples per pixel.
+    /// The origin of the reference: renderer, version, variant and samples per pixel.
     pub reference_by: String,
-    /// What was found.
+    /// The comparison of the image with the reference.
     pub comparison: Comparison,
-    /// In words.
+    /// The conclusion in words.
     pub conclusion: String,
-    /// Whether they agree.
+    /// Whether the image agrees with the reference.
     pub passed: bool,
-    /// The factor by which the image was falsified, to see that its verdict would notice.
+    /// The factor by which the image was scaled, to check that the verdict detects a known bias.
     pub scale: f64,
-    /// The verdict on the falsified image, which must differ.
+    /// The verdict on the scaled image, which must be *differs*.
     pub scaled: Outcome,
-    /// Seconds to render.
+    /// The seconds that the rendering took.
     pub seconds: f64,
-    /// Commands that show the same.
+    /// Commands that reproduce the comparison.
     pub reproduce: Vec<String>,
-    /// Our pixels and the reference's, for the pictures.
+    /// The pixels of our image and of the reference, for the pictures.
     pub images: Images,
 }
 
-/// Linear pixels of both sides, row by row.
+/// Linear pixels of our image and of the reference, row by row.
 #[derive(Clone, Debug, Default)]
 pub struct Images {
-    /// Columns.
+    /// The number of columns.
     pub width: usize,
-    /// Ours.
+    /// The pixels of our image.
     pub ours: Vec<[f64; 3]>,
-    /// The reference's.
+    /// The pixels of the reference.
     pub reference: Vec<[f64; 3]>,
 }
 
 /// The time that a law took.
 #[derive(Clone, Debug)]
 pub struct LawTime {
-    /// The law's name.
+    /// The name of the law.
     pub name: String,
     /// Wall-clock seconds; other laws may have run at the same time.
     pub seconds: f64,
@@ -84,13 +84,13 @@ pub struct LawTime {
 pub struct Evidence {
     /// The version of this program.
     pub version: String,
-    /// Which rows were asked for, as a glob.
+    /// The glob that selected the rows.
     pub only: String,
-    /// How much work was done.
+    /// The effort of the run.
     pub effort: Effort,
     /// Wall-clock seconds.
     pub seconds: f64,
-    /// Threads that rendered.
+    /// The number of threads.
     pub threads: usize,
     /// The time that each law took.
     pub times: Vec<LawTime>,
@@ -101,13 +101,13 @@ pub struct Evidence {
 }
 
 impl Evidence {
-    /// Whether everything holds.
+    /// Whether all rows and scenes hold.
     #[must_use]
     pub fn passed(&self) -> bool {
         self.failed() == 0
     }
 
-    /// How many rows and scenes do not hold.
+    /// The number of rows and scenes that do not hold.
     #[must_use]
     pub fn failed(&self) -> usize {
         self.rows.iter().filter(|row| !row.passed).count() + self.scenes.iter().filter(|scene| !scene.passed).count()
@@ -117,27 +117,27 @@ impl Evidence {
 /// Why `verify` could not run; one line.
 #[derive(Debug, thiserror::Error)]
 pub enum EvidenceError {
-    /// A scene.
+    /// A scene cannot be read or built.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// Its reference.
+    /// A reference cannot be used.
     #[error(transparent)]
     Reference(#[from] ReferenceError),
-    /// The comparison of the two.
+    /// An image and its reference cannot be compared.
     #[error(transparent)]
     Comparison(#[from] ComparisonError),
-    /// A law about scene files.
+    /// A law about scene files cannot be checked.
     #[error(transparent)]
     Law(#[from] CheckError),
-    /// The folder of scenes.
-    #[error("{}: {what}; run it where the repository is, or say where with --root", folder.display())]
+    /// The folder of scenes cannot be read.
+    #[error("{}: {what}; run it in the repository, or give its folder by --root", folder.display())]
     Folder {
-        /// Which.
+        /// The folder.
         folder: PathBuf,
-        /// Why.
+        /// The reason.
         what: String,
     },
-    /// The glob.
-    #[error("nothing is called \"{0}\"")]
+    /// The glob matches no law and no scene.
+    #[error("no law and no scene matches \"{0}\"")]
     Nothing(String),
 }

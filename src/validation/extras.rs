@@ -200,8 +200,8 @@ fn transparent_shadows(effort: Effort) -> Vec<Finding> {
     findings
 }
 
-/// A disk under a pane in a constant environment. The disk is too small to receive its own reflected light, and the pane
-/// mirrors whatever it does not transmit, so the disk's irradiance is that without a pane.
+/// A disk under a pane in a constant environment. The disk is too small to receive its own reflected light, and the
+/// pane mirrors whatever it does not transmit, so the disk's irradiance is that without a pane.
 fn under_environment(effort: Effort) -> Vec<Finding> {
     let scene = environment(RADIANCE) + &small_disk(DVec3::ZERO, DVec3::Z, ALBEDO) + &pane(GLASS);
     let setup = Setup::new(&transparent(&path(-1, 5)), &scene);

@@ -100,7 +100,8 @@ fn etendue(effort: Effort) -> Vec<Finding> {
     let aslant = (DVec3::new(0.0, -0.3, 0.0), DVec3::new(0.0, 1.0, 1.0));
     findings.extend(reflected.compare("inside, by total reflection", aslant, RADIANCE));
 
-    // A surface under a wide glass interface, after one refraction: it receives the environment's flux less the reflected part.
+    // A surface under a wide glass interface, after one refraction: it receives the environment's flux less the
+    // reflected part.
     let deep = r#"<transform name="to_world"><scale value="1000"/><translate z="-1000"/></transform>"#;
     let p = DVec3::new(0.0, 0.0, -1.0);
     let scene = format!(

@@ -21,7 +21,7 @@ pub const LAWS: &[Law] = &[
     Law {
         name: "film/aov",
         claim: "The AOVs of a sphere are exact in each sample: a position on the sphere inside the pixel, its depth from the near plane, \
-                and its normals. Image layers are means over samples and 0 where no surface is hit. The sample count is that of the \
+                and its normals. Image layers are means over samples and 0 where no surface is hit. The sample count matches the \
                 render.",
         source: "the equation of the sphere and the projection of its points, sample by sample",
         check: Check::Analytic(aov),

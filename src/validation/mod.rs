@@ -1,6 +1,7 @@
 //! The laws of whole renders, and the list of all laws and reference scenes that `etendue verify` runs and tabulates.
 //!
-//! The laws of a plugin list are defined beside that list. Each sub-module uses only itself and the sub-modules above it.
+//! The laws of a plugin list are defined beside that list. Each sub-module uses only itself and the sub-modules above
+//! it.
 
 pub mod theory;
 mod setup;

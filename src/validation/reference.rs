@@ -17,15 +17,16 @@ use crate::{
 
 /// The number of replicates to begin with.
 pub(super) const REPLICATES: u64 = 32;
-/// A scene that needs more is declared undecided.
+/// The maximum number of replicates. A scene that needs more is undecided.
 const MAX_REPLICATES: u64 = 256;
-/// The seed of all comparisons. It is fixed, so that a failure can be looked into.
+/// The seed of all comparisons. It is fixed, so that a failure can be reproduced.
 pub(super) const SEED: u64 = 20_261;
 
 /// Renders a scene and compares it with its reference.
 ///
-/// A difference that the quick effort finds is confirmed by the samples of the standard effort before it counts: few samples of
-/// a scene with rare bright paths are not normally distributed. Confirmation cannot raise the probability of a false alarm.
+/// A difference that the quick effort finds is confirmed by the samples of the standard effort before it counts: few
+/// samples of a scene with rare bright paths are not normally distributed. Confirmation cannot raise the probability of
+/// a false alarm.
 pub(super) fn compare_scene(scene: SceneFile, effort: Effort) -> Result<SceneEvidence, EvidenceError> {
     let evidence = compare_once(&scene, effort)?;
     if evidence.passed || effort != Effort::Quick {
@@ -44,7 +45,8 @@ fn compare_once(scene: &SceneFile, effort: Effort) -> Result<SceneEvidence, Evid
     let first = Replicate { seed: SEED, number: 0, samples };
     let mut ours = ImageEstimate::of_replicates(&renderer, first, passes);
     let mut found = comparison::with_reference_configured(&ours, &reference, &config)?;
-    // How many samples a verdict needs follows from the scatter alone, not from the difference, so going on is fair.
+    // The scatter alone determines how many samples a verdict needs, and the difference does not. So taking more
+    // samples does not bias the test.
     if let Some(Outcome::Undecided { needed_factor: Some(factor) }) = found.verdict.as_ref().map(|v| v.outcome) {
         let passes = ((1.1 * factor * passes as f64).ceil() as u64).min(MAX_REPLICATES);
         ours = ours.with_replicates(&renderer, first, passes);
@@ -77,7 +79,7 @@ fn compare_once(scene: &SceneFile, effort: Effort) -> Result<SceneEvidence, Evid
     })
 }
 
-/// Samples per pixel of a replicate, and the number of replicates to begin with.
+/// Samples per pixel of a replicate, and the initial number of replicates.
 fn schedule(effort: Effort) -> (u32, u64) {
     match effort {
         Effort::Quick => (2, REPLICATES),
@@ -86,7 +88,7 @@ fn schedule(effort: Effort) -> (u32, u64) {
     }
 }
 
-/// The scene files under a root, by name: those of assets/scenes and its figures, if there are any.
+/// The scene files under a root, by name: assets/scenes, and its folder of figures if it exists.
 pub(super) fn scene_files(root: &Path) -> Result<Vec<SceneFile>, EvidenceError> {
     let folder = root.join("assets/scenes");
     let mut paths = Vec::new();
@@ -107,7 +109,7 @@ pub(super) fn scene_files(root: &Path) -> Result<Vec<SceneFile>, EvidenceError> 
     Ok(scenes)
 }
 
-/// The command that finds rows of a name again.
+/// The command that reproduces the rows of a name.
 pub(super) fn verify_command(name: &str, effort: Effort) -> String {
     format!("etendue verify --only '{name}'{}", effort.option())
 }

@@ -1,4 +1,4 @@
-//! One run of `verify`.
+//! Runs the laws and scenes of `verify`.
 
 use std::{path::Path, time::Instant};
 
@@ -18,7 +18,7 @@ use crate::{
 
 /// Runs all laws and scenes whose names match, and calls `progress` with each name as it begins.
 ///
-/// A scene that asks for a biased integrator has no row of its own: its name stands for the laws that are about it.
+/// A scene with a biased integrator has no row of its own: its name selects the laws about it.
 ///
 /// # Errors
 /// If the scenes or their references are missing, broken or stale, or nothing matches.
@@ -63,8 +63,8 @@ pub fn verify(
     })
 }
 
-/// The names of the scenes under a root that are compared with their references, in their order; the other scenes are
-/// the subjects of laws.
+/// The names of the scenes under a root that are compared with their references, in order. Only laws use the other
+/// scenes.
 ///
 /// # Errors
 /// If a scene is missing or broken.
@@ -91,7 +91,7 @@ impl Checked {
     }
 }
 
-/// Adds the findings of a law on one scene file to those on others.
+/// Adds the findings of a law on one scene file to its findings on other files.
 fn add(checked: &mut Vec<Checked>, law: &'static Law, findings: Vec<Finding>, begin: Instant) {
     let seconds = begin.elapsed().as_secs_f64();
     match checked.iter_mut().find(|known| known.law.name == law.name) {
@@ -103,7 +103,7 @@ fn add(checked: &mut Vec<Checked>, law: &'static Law, findings: Vec<Finding>, be
     }
 }
 
-/// Checks those laws that need no scene file, and returns them in their order.
+/// Checks the laws that need no scene file, and returns them in their order.
 fn check_analytic(is_asked: impl Fn(&Law) -> bool, effort: Effort, progress: &(dyn Fn(&str) + Sync)) -> Vec<Checked> {
     let analytic = |law: &'static Law| match law.check {
         Check::Analytic(check) if is_asked(law) => Some((law, check)),
@@ -119,7 +119,7 @@ fn check_analytic(is_asked: impl Fn(&Law) -> bool, effort: Effort, progress: &(d
     asked.par_iter().map(run).collect()
 }
 
-/// The laws that are about scene files, with their checks.
+/// The laws about scene files, with their checks.
 fn laws_of_scenes() -> impl Iterator<Item = (&'static Law, SceneCheck)> {
     laws().filter_map(|law| match law.check {
         Check::Scenes(check) => Some((law, check)),
@@ -159,7 +159,7 @@ mod tests {
             .collect();
         assert!(failed.is_empty(), "{}", failed.join("\n"));
         let tests = rows.iter().filter(|row| matches!(row.finding.measured, Measured::Test { .. })).count();
-        // Laws of scene files have a few tests more.
+        // The laws of scene files add a few tests.
         assert!((MAX_TESTS / 2..MAX_TESTS - 20).contains(&tests), "adapt MAX_TESTS to {tests} tests");
     }
 }

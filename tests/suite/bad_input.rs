@@ -1,5 +1,5 @@
-//! Bad input of `render`: exit code 2, one line for each fault that says where, what and what would have been right, no
-//! panic and no file left behind; in short time and little memory.
+//! Bad input of `render`. It must give exit code 2 and one line for each fault: the place, what is wrong, and how to
+//! correct it. There must be no panic and no leftover file, and it must take little time and memory.
 
 use crate::kit::{self, Folder, INTEGRATOR, SENSOR, SKY, Said, run};
 
@@ -7,9 +7,9 @@ pub(crate) struct Case {
     scene: String,
     files: Vec<(&'static str, Vec<u8>)>,
     options: &'static str,
-    /// What each line on stderr contains, after its place.
+    /// A part of each line on stderr, after its place.
     faults: &'static [&'static str],
-    /// Whether faults stand at a place of a file.
+    /// Whether the faults have a place in a file.
     placed: bool,
 }
 
@@ -35,7 +35,7 @@ impl Case {
     }
 }
 
-/// Renders with 512 MiB of address space at most.
+/// Renders with an address space of at most 512 MiB.
 fn bounded(folder: &Folder, options: &str) -> Said {
     let mut command = kit::limited(folder, "ulimit -v 524288");
     command.args(["render", "scene.xml", "-o", "image.exr", "--png"]).args(options.split_whitespace());
@@ -92,10 +92,10 @@ fn what_mitsuba_refuses_too() {
             "a crop beyond the film",
             scene(kit::scene_of(&[INTEGRATOR, &crop, SKY]), &["the crop of 16 from 3 is not within the film's 16"]),
         ),
-        ("samples twice", scene(kit::scene_of(&[both, SENSOR, SKY]), &["\"shading_samples\" stands beside"])),
+        ("samples twice", scene(kit::scene_of(&[both, SENSOR, SKY]), &["\"shading_samples\" is given beside"])),
         ("a material and its index", shapes(metal, &["both a material and its index are given"])),
         ("a hint of another type", shapes(r#"<string name="kd_stop_prims" value="3"/>"#, &["kd_stop_prims"])),
-        ("layers of one name", scene(kit::scene_of(&[layers, SENSOR]), &["there is another layer \"a\""])),
+        ("layers of one name", scene(kit::scene_of(&[layers, SENSOR]), &["another layer is also called \"a\""])),
     ]);
 }
 
@@ -435,7 +435,10 @@ fn options_that_are_wrong() {
         ),
         (
             "wrapper",
-            options("--integrator moment", &["--integrator moment: an integrator \"moment\" holds another integrator"]),
+            options(
+                "--integrator moment",
+                &["--integrator moment: an integrator \"moment\" needs another integrator inside"],
+            ),
         ),
         (
             "parameter",
@@ -462,7 +465,7 @@ fn options_that_are_wrong() {
             options("--param max_depth=nan", &["--param max_depth=nan: \"max_depth\" is a float; must be an integer"]),
         ),
         ("pixel", options("--replay 16,0,0", &["pixel 16,0 is outside of the 16 x 12 film"])),
-        ("sample", options("--replay 0,0,4", &["sample 4 is not among the 4 of a pixel"])),
+        ("sample", options("--replay 0,0,4", &["sample 4 is outside of the 4 samples of a pixel"])),
     ]);
 }
 
@@ -472,7 +475,7 @@ fn arguments_that_are_wrong() {
     folder.write("folder/file", "");
     folder.write("image.png/file", "");
     let before = folder.files();
-    // What is not about a scene has no place; clap adds a line on how to go on.
+    // Errors that are not about a scene have no place. clap adds a line with help.
     let cases = [
         ("scene.xml", "error: the following required arguments were not provided"),
         ("scene.xml -o a.exr --spp 0", "error: invalid value '0' for '--spp <N>'"),
@@ -550,7 +553,7 @@ fn faults_come_in_the_order_of_their_lines() {
     let included = [2, 3].map(|line| format!("part.xml:{line}"));
     let included = included.map(|place| places().into_iter().find(|found| found.ends_with(&place)).unwrap());
     assert_eq!(places(), [&own[..], &included[..]].concat());
-    // What the reader of the file itself finds, references among it.
+    // Faults that the reader of the file finds, references among them.
     let parts = ["<ref id=\"a\"/>", "<float name=\"f\" value=\"x\"/>", "<ref id=\"b\"/>", "<bsdf/>"];
     folder.write("scene.xml", kit::scene_of(&parts));
     let lines = places();

@@ -1,5 +1,5 @@
-//! What photons and light paths make of bad input and of scenes that they are not made for: an error or a warning, never
-//! a panic, a number that is none, or an image that is black without a word.
+//! Photon integrators and light tracing with bad input and unsuitable scenes. They must give an error or a warning, and
+//! never a panic, a value that is not finite, or a black image without a warning.
 
 use crate::{
     bad_input::{Case, check_all, scene},
@@ -167,7 +167,7 @@ fn scenes_that_photons_cannot_treat() {
     let tracer = r#"<integrator type="ptracer"/>"#;
     let passes = r#"<integrator type="sppm"/>"#;
     let wrapped = format!(r#"<integrator type="moment">{photons}</integrator>"#);
-    const ENDLESS: &[&str] = &["cannot treat this scene: a distant emitter illuminates an infinite plane"];
+    const ENDLESS: &[&str] = &["cannot render this scene: a distant emitter illuminates an infinite plane"];
     const STRONG: &str = r#"<emitter type="point"><rgb name="intensity" value="1e30"/></emitter>"#;
     let stronger = r#"<shape type="rectangle"><transform name="to_world"><scale value="1e6"/></transform>
         <emitter type="area"><rgb name="radiance" value="1e30"/></emitter></shape>"#;
@@ -176,14 +176,17 @@ fn scenes_that_photons_cannot_treat() {
             "mirrors",
             of(
                 &[&photons, SENSOR, BULB, MIRROR],
-                &["\"photonmapper\" cannot treat this scene: no surface can store a photon"],
+                &["\"photonmapper\" cannot render this scene: no surface can store a photon"],
             ),
         ),
-        ("wrapped", of(&[&wrapped, SENSOR, BULB, MIRROR], &["cannot treat this scene: no surface can store a photon"])),
+        (
+            "wrapped",
+            of(&[&wrapped, SENSOR, BULB, MIRROR], &["cannot render this scene: no surface can store a photon"]),
+        ),
         ("nothing", of(&[&photons, SENSOR, BULB], &["no surface can store a photon"])),
         (
             "progressive, mirrors",
-            of(&[passes, SENSOR, BULB, MIRROR], &["\"sppm\" cannot treat this scene: no surface can store a photon"]),
+            of(&[passes, SENSOR, BULB, MIRROR], &["\"sppm\" cannot render this scene: no surface can store a photon"]),
         ),
         ("progressive, nothing", of(&[passes, SENSOR, BULB], &["no surface can store a photon"])),
         ("progressive, sun over a plane", of(&[passes, SENSOR, SUN, plane], ENDLESS)),
@@ -202,7 +205,7 @@ fn scenes_that_photons_cannot_treat() {
     ]);
 }
 
-/// What a rendering warns of, whose image must be finite.
+/// The warnings of a render, whose image must be finite.
 fn warnings(integrator: &str, parts: &[&str], options: &str) -> Vec<String> {
     let folder = Folder::with_scene(&kit::scene_of(&[&[integrator, SENSOR], parts].concat()));
     let said = run(&mut folder.etendue(&format!("render scene.xml -o image.exr --spp 2 {options}")));
@@ -295,7 +298,7 @@ fn photons_within_other_integrators_and_replayed() {
     assert!((sum / 3.0 - mean).abs() <= f64::from(f32::EPSILON) * mean, "{sum} {mean}");
 }
 
-/// A floor with a ball on it, so large and so far away, seen from nearby.
+/// A floor with a ball on it, of a given size at a given distance from the origin, viewed from nearby.
 fn place(integrator: &str, size: f64, far: f64, light: &str) -> String {
     let to_world = |own: &str| {
         format!(

@@ -1,4 +1,4 @@
-//! Bad input of `render` in what goes beyond Mitsuba: solids that are none, quadrics without a surface, kcply files.
+//! Bad input of `render` in extensions to Mitsuba: shapes that are not solids, quadrics without a surface, kcply files.
 
 use crate::{
     bad_input::{check_all, scene, shapes},
@@ -198,8 +198,8 @@ fn materials_lights_and_shadows_that_are_wrong() {
         ),
         ("a wide beam", shapes(spot, &["beam_width 30 is beyond cutoff_angle 20"])),
         (
-            "no samples of lights",
-            scene(kit::scene_of(&[direct, SENSOR, SKY]), &["transparent shadows need samples of lights"]),
+            "no emitter samples",
+            scene(kit::scene_of(&[direct, SENSOR, SKY]), &["transparent shadows need emitter samples"]),
         ),
         ("one normal of three", shapes(smooth, &["a triangle needs normals at all corners or at none"])),
         (

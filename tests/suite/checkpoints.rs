@@ -1,5 +1,5 @@
-//! Renders that are kept, resumed, taken in shards and merged: always the image of a single run, to the last bit, or one
-//! clear error.
+//! Renders with checkpoints, resumed, split into shards and merged. The result must be the image of a single run, to
+//! the last bit, or one clear error.
 
 use std::{
     fs,
@@ -31,7 +31,7 @@ const CROPPED: &str = r#"<rfilter type="gaussian"/>
     <integer name="crop_offset_x" value="5"/><integer name="crop_offset_y" value="3"/>
     <integer name="crop_width" value="13"/><integer name="crop_height" value="11"/>"#;
 
-/// Every way to gather samples: integrators with their samplers.
+/// All kinds of sampling: integrators with their samplers.
 const FAMILIES: [(&str, &str); 10] = [
     (BUSY_INTEGRATOR, "independent"),
     (BUSY_INTEGRATOR, "stratified"),
@@ -57,7 +57,7 @@ const FAMILIES: [(&str, &str); 10] = [
     (CHAINED, "independent"),
 ];
 
-/// Each sample of it follows from those before.
+/// An integrator whose samples depend on the samples before.
 const CHAINED: &str = r#"<integrator type="sppm"><integer name="photon_count" value="2000"/></integrator>"#;
 
 fn family((integrator, sampler): (&str, &str), film: &str) -> Folder {
@@ -84,7 +84,7 @@ fn a_resumed_render_is_that_without_interruption() {
         for film in [BOX, CROPPED] {
             let folder = family(of, film);
             let whole = folder.render("--spp 7 --threads 1");
-            // The first samples alone, then those after them, on other numbers of threads.
+            // Takes the first samples alone, then the samples after them, on other numbers of threads.
             let few = 2 + i % 2;
             let first = if of.1 == "independent" { format!("--spp {few}") } else { format!("--spp 7 --shard 1/{few}") };
             succeed(&folder, &format!("render scene.xml {first} --checkpoint a.ck --threads 3"));
@@ -131,12 +131,12 @@ fn merged_shards_are_one_render() {
                 let name = format!("etendue.{name}");
                 assert_eq!(merged.attribute(&name), whole.attribute(&name), "{name}");
             }
-            // Each is rounded to a thousandth.
+            // Each number is rounded to a thousandth.
             let rounding = 0.000_5 * (shards as f64 + 1.0) + 1e-9;
             assert!((number(&merged, "seconds") - costs[0].iter().sum::<f64>()).abs() <= rounding);
             assert!((number(&merged, "core_seconds") - costs[1].iter().sum::<f64>()).abs() <= rounding);
             assert_eq!(number(&merged, "peak_bytes"), costs[2].iter().copied().fold(0.0, f64::max));
-            // What was merged is a checkpoint like others.
+            // The merged file is a checkpoint like any other.
             succeed(&folder, "merge all.ck -o again.exr");
             assert!(bits(&whole) == bits(&image(&folder, "again.exr")));
         }
@@ -173,7 +173,7 @@ fn more_samples_can_follow_where_they_are_independent() {
     assert!(bits(&folder.render("--spp 3")) == bits(&image(&folder, "few.exr")), "the first checkpoint is as it was");
 }
 
-/// A run with faulty options: one line that says so, and no file is changed.
+/// A run with faulty options: it must print one line with the fault and change no file.
 fn fail(folder: &Folder, arguments: &str, fault: &str) {
     let contents = || folder.files().into_iter().map(|file| (fs::read(&file).unwrap(), file)).collect::<Vec<_>>();
     let before = contents();
@@ -183,7 +183,7 @@ fn fail(folder: &Folder, arguments: &str, fault: &str) {
     assert!(contents() == before, "{arguments} changed a file");
 }
 
-/// Options of renders that are refused, with the reason.
+/// Options of renders that are rejected, with the reason.
 const REFUSED: [(&str, &str); 23] = [
     ("--seed 2 --resume a.ck", "a.ck: is of another seed: \"1\" instead of \"2\""),
     ("--seed 1 -D r=2 --resume a.ck", "a.ck: is of another value of the scene's parameters"),
@@ -194,17 +194,17 @@ const REFUSED: [(&str, &str); 23] = [
         "--seed 1 --sampler stratified --spp 8 --resume strata.ck",
         "another number of samples, on which its sampler depends",
     ),
-    ("--seed 1 --spp 3 --resume a.ck", "a.ck: has samples 0 to 3, but only samples 0 to 2 are asked for"),
+    ("--seed 1 --spp 3 --resume a.ck", "a.ck: has samples 0 to 3, but only samples 0 to 2 are requested"),
     ("--seed 1 --spp 4 --shard 1/2 --resume half.ck", "half.ck: has samples 2 to 3, but only samples 0 to 1"),
     ("--seed 1 --resume none.ck", "none.ck: No such file"),
     ("--seed 1 --resume folder", "folder: is a folder"),
     ("--seed 1 --resume scene.xml", "scene.xml: is not a checkpoint of etendue"),
-    ("--seed 1 --checkpoint scene.xml", "scene.xml: is another file than a checkpoint"),
+    ("--seed 1 --checkpoint scene.xml", "scene.xml: is not a checkpoint"),
     ("--seed 1 --checkpoint folder", "folder: is a folder"),
     ("--seed 1 --checkpoint folder/none/a.ck", "folder/none/a.ck: cannot be written"),
     ("--seed 1 --checkpoint image.exr", "image.exr: is named twice"),
     ("--sampler sobol", "--sampler sobol: no sampler is called \"sobol\""),
-    ("--spp 4 --shard 1/2", "--shard: etendue merge needs a checkpoint of each part, an image will not do"),
+    ("--spp 4 --shard 1/2", "--shard: etendue merge needs a checkpoint of each part, not an image"),
     ("--spp 4 --shard 3/8", "--shard: 4 samples cannot be divided into 8 parts"),
     ("--shard 1/2 --time-limit 1s", "the number of samples is not known; give --spp"),
     (
@@ -231,12 +231,8 @@ fn checkpoints_of_other_renders_are_refused() {
     let text = fs::read_to_string(folder.path("scene.xml")).unwrap();
     folder.write("scene.xml", text.replace("0.5, 0.7", "0.5, 0.8"));
     fail(&folder, "render scene.xml -o image.exr --seed 1 --resume a.ck", "a.ck: is of another scene");
-    fail(&folder, "merge a.ck a.ck -o image.exr", "a.ck: has samples that are there already: it has samples 0 to 3");
-    fail(
-        &folder,
-        "merge a.ck half.ck -o image.exr",
-        "half.ck: has samples that are there already: it has samples 2 to 3",
-    );
+    fail(&folder, "merge a.ck a.ck -o image.exr", "a.ck: has samples that were already added: samples 0 to 3");
+    fail(&folder, "merge a.ck half.ck -o image.exr", "half.ck: has samples that were already added: samples 2 to 3");
     fail(&folder, "merge half.ck strata.ck -o image.exr", "strata.ck: is of another sampler");
     fail(&folder, "merge a.ck none.ck -o image.exr", "none.ck: No such file");
     fail(&folder, "merge a.ck -o image.png", "images are OpenEXR files");
@@ -259,7 +255,7 @@ fn damaged_checkpoints_are_refused() {
         (&good[..30], "ends after 30 bytes"),
         (&good[..200], &format!("ends after 200 of {} bytes", good.len())),
         (&good[..good.len() - 1], &format!("ends after {} of {} bytes", good.len() - 1, good.len())),
-        (&[&good[..], b"x"].concat(), &format!("goes on after its {} bytes", good.len())),
+        (&[&good[..], b"x"].concat(), &format!("continues after its {} bytes", good.len())),
         (&changed, "is damaged: its SHA-256 is not right"),
         (&[b"etendue checkpoint 2", &good[20..]].concat(), "is a checkpoint of format 2; this program reads format 1"),
     ];
@@ -300,7 +296,7 @@ impl Tiny {
         RenderJob::new(&RenderSource { renderer, document, definitions: &[], overrides }, &request, resumed)
     }
 
-    /// What a job renders.
+    /// The checkpoint after running a job.
     fn run(&self, request: SampleRequest, resumed: Option<Checkpoint>) -> Checkpoint {
         let interrupted = AtomicBool::new(false);
         let controls = Controls { start: Instant::now(), interrupted: &interrupted, checkpoint_every: Duration::MAX };
@@ -310,7 +306,7 @@ impl Tiny {
         result.checkpoint
     }
 
-    /// The checkpoint of some samples, written and read.
+    /// The checkpoint of some samples, after writing and reading it.
     fn kept(&self, ranges: Vec<Range<u32>>) -> Checkpoint {
         let (mut rendering, mut taken) = (self.renderer.begin(PASS), RangeSet::new());
         let (interrupted, start, every) = (AtomicBool::new(false), Instant::now(), Duration::ZERO);
@@ -330,7 +326,7 @@ impl Tiny {
         read
     }
 
-    /// Why bytes are no checkpoint.
+    /// The error of reading these bytes as a checkpoint.
     fn fault(&self, bytes: &[u8]) -> String {
         self.folder.write("bad.ck", bytes);
         Checkpoint::read(&self.folder.path("bad.ck")).map(|_| ()).expect_err("it is bad").to_string()
@@ -339,7 +335,7 @@ impl Tiny {
 
 const PASS: Replicate = Replicate { seed: 5, number: 0, samples: 24 };
 
-/// Samples of each pixel, all with one seed.
+/// A request for samples of each pixel, always with the same seed.
 fn samples(spp: u32) -> SampleRequest {
     SampleRequest { seed: Some(5), spp: Some(spp), ..SampleRequest::default() }
 }
@@ -404,10 +400,10 @@ fn no_byte_can_be_missing_or_wrong() {
     }
 }
 
-/// The length of the first line.
+/// The length of the first line in bytes.
 const FIRST: usize = 49;
 
-/// A checkpoint with another header, its length and hash made right.
+/// A checkpoint with a changed header, and the right length and hash.
 fn forged(good: &[u8], from: &str, to: &str) -> Vec<u8> {
     let header = String::from_utf8_lossy(good).lines().nth(1).unwrap().to_owned() + "\n";
     let json = FIRST + header.len();
@@ -448,7 +444,7 @@ fn headers_are_believed_only_as_far_as_the_file_goes() {
     assert!(difference.starts_with("another version of this program: \"0.0.1\""), "{difference}");
 }
 
-/// The samples cut at random places, the pieces dealt to shards, and an order to merge them in.
+/// Samples cut at random points, divided among shards, and an order to merge the shards in.
 fn parts() -> impl Strategy<Value = Vec<Vec<Range<u32>>>> {
     let cuts = prop::collection::btree_set(1..PASS.samples, 0..8);
     let dealt = prop::collection::vec(0..4_usize, 9);

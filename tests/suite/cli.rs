@@ -1,4 +1,4 @@
-//! The command line: what it reads, what it writes, and with which code it ends.
+//! The command line: its input, its output, and its exit codes.
 
 use std::{collections::BTreeMap, fs, path::Path, time::Instant};
 
@@ -158,7 +158,7 @@ fn definitions_reach_the_scene() {
     assert_ne!(bits(&default), bits(&folder.render("-D r=0.5")));
 }
 
-/// The image of a folder's scene with another integrator written into it.
+/// The image of a folder's scene with another integrator in the file.
 fn written(integrator: &str) -> Image {
     let text = kit::scene(FURNISHED).replace(kit::INTEGRATOR, integrator);
     Folder::with_scene(&text).render("--spp 4")
@@ -172,7 +172,7 @@ fn options_change_the_integrator() {
     let deep = r#"<integrator type="path"><integer name="max_depth" value="3"/><integer name="rr_depth" value="1"/></integrator>"#;
     let wrapped = format!(r#"<integrator type="moment">{deep}</integrator>"#);
     let cases = [
-        // What is written in the scene, the options, and what the scene could have said instead.
+        // The integrator in the scene, the options, and an equivalent integrator.
         (deep, "--param max_depth=2", deep.replace('3', "2")),
         (deep, "--param hide_emitters=true", deep.replace("</", r#"<boolean name="hide_emitters" value="true"/></"#)),
         (deep, "--integrator depth", r#"<integrator type="depth"/>"#.into()),
@@ -239,7 +239,7 @@ fn a_picture_says_its_exposure_and_its_curve() {
     };
     let attributes: BTreeMap<_, _> = image.attributes.iter().cloned().collect();
     assert_eq!(texts("image.png"), attributes, "the picture says what the image says");
-    // The exposure that was chosen gives the same picture when it is asked for.
+    // The automatic exposure, given explicitly, gives the same picture.
     let pixels = || kit::read_png(&folder.path("image.png")).1;
     let chosen = pixels();
     folder.render(&format!("--png --exposure {exposure}"));
@@ -261,7 +261,7 @@ fn a_render_ends_with_one_line() {
     assert_eq!((said.out.lines().count(), said.err.as_str()), (1, ""));
     let said = run(&mut folder.etendue("render scene.xml --resume a.ck"));
     assert!(said.out.starts_with("a.ck: 64 spp in "), "{}", said.out);
-    // One sample has no scatter, and shared photons have one that does not show the error.
+    // One sample has no scatter, and the scatter of samples that share photons does not show the error.
     for options in ["--spp 1", "--spp 8 --integrator photonmapper --param global_photons=100"] {
         let said = run(&mut folder.etendue(&format!("render scene.xml -o image.exr {options}")));
         assert!(said.out.ends_with(" s\n"), "{}", said.out);
@@ -287,7 +287,7 @@ fn wrapping_integrators_add_layers() {
         assert!(names.contains(&name), "{name} is not among {names:?}");
     }
     assert!(image.channel("c.N").unwrap().iter().all(|&n| n == 8.0));
-    // The camera stands 5 from the middle of the unit ball, and depth counts from the near plane.
+    // The camera is 5 from the centre of the unit ball, and depth starts at the near plane.
     let middle = 6 * 16 + 8;
     assert!((image.channel("d.T").unwrap()[middle] - 3.99).abs() < 0.05);
     assert!(image.channel("n.Z").unwrap()[middle] > 0.95);
@@ -374,7 +374,7 @@ fn a_reader_may_leave_early() {
     assert_eq!(child.wait().unwrap().code(), Some(0));
 }
 
-/// All of the film shows a surface under two lamps, of which each sample sees one: every pixel has noise.
+/// A surface under two lamps covers the film. Each sample samples one lamp, so every pixel has noise.
 fn noisy() -> String {
     kit::scene_of(&[
         r#"<integrator type="direct"/>"#,
@@ -385,7 +385,7 @@ fn noisy() -> String {
     ])
 }
 
-/// Writes `image.exr` under another name, after a change.
+/// Writes `image.exr` under another name, with changed values.
 fn changed(folder: &Folder, name: &str, change: impl Fn(&str, f32) -> f32) {
     let mut image = exr::read(&folder.path("image.exr")).unwrap();
     for (channel, values) in &mut image.channels {
@@ -445,7 +445,7 @@ fn the_samples_that_compare_asks_for_are_enough() {
     let (_, needed) = judge(4).split_once("needs about ").map(|(a, b)| (a.to_owned(), b.to_owned())).unwrap();
     let needed: u32 = needed.split_whitespace().next().unwrap().parse().unwrap();
     assert!((8..16384).contains(&needed), "{needed}");
-    // The need is estimated from few samples; half as many again are surely enough.
+    // The needed number is estimated from few samples; one and a half times as many are certainly enough.
     assert!(judge(needed * 3 / 2).ends_with("agrees\n"));
 }
 
@@ -454,7 +454,7 @@ fn compare_names_the_command_that_decides() {
     let folder = Folder::with_scene(&noisy());
     folder.render("--spp 16384 --seed 3");
     changed(&folder, "reference.exr", |_, x| x);
-    // The same seed as that of the reference, of which the two would not be independent.
+    // The same seed as the reference, so the two are not independent.
     folder.render("--spp 4 --seed 3 --param shading_samples=1");
     let said = run(&mut folder.etendue("compare image.exr reference.exr"));
     let last = said.out.lines().last().unwrap();
@@ -480,7 +480,7 @@ fn compare_prints_means_and_bias_of_one_quantity() {
         after.split([',', ' ']).next().unwrap().parse().unwrap()
     };
     let (test, reference, bias) = (number("test "), number("reference "), number("bias "));
-    // Each is rounded as it is printed.
+    // Each number is rounded for printing.
     assert!(bias > 0.0 && (test - reference - bias).abs() < 1.1e-6 + 5e-4 * bias, "{other}");
     for text in [same, other] {
         assert!(!text.contains("0.000e0") && !text.contains("0.0000e0"), "{text}");
@@ -525,11 +525,11 @@ fn verify_ends_with_0_1_or_2() {
     assert!(!said.out.contains("reference/depth-crop"), "{}", said.out);
     let said = verify("reference/* --verbose --times");
     assert!(said.out.contains("holds  reference/depth-crop") && said.out.contains("in seconds"), "{}", said.out);
-    // Some rows only do not replace the page of all.
+    // A run of some rows does not replace the page of all rows.
     assert!(folder.path("reports/verify/part.html").exists() && !folder.path("reports/verify/index.html").exists());
 
     let said = verify("nothing/*");
-    assert_eq!((said.code, said.err.as_str()), (Some(2), "nothing is called \"nothing/*\"\n"));
+    assert_eq!((said.code, said.err.as_str()), (Some(2), "no law and no scene matches \"nothing/*\"\n"));
     assert_eq!(verify("[").code, Some(2));
 
     let reference = folder.path("reference/depth-crop/reference.exr");

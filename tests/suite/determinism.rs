@@ -1,10 +1,10 @@
-//! The image is a function of the scene, the seed and the number of samples, and of nothing else.
+//! The image depends on the scene, the seed and the number of samples, and on nothing else.
 
 use etendue::film::{Image, exr};
 
 use crate::kit::{self, Folder, bits, busy, pixel};
 
-/// Renders a scene where it stands.
+/// Renders a scene in its own folder.
 fn rendered(folder: &Folder, scene: &std::path::Path, options: &str) -> Image {
     let mut command = folder.etendue("render");
     command.arg(scene).args(["-o", "image.exr"]).args(options.split_whitespace()).assert().success();
@@ -37,20 +37,20 @@ fn seeds_make_a_difference_and_threads_do_not_with_every_sampler() {
     }
 }
 
-/// Integrators that follow light, with what makes their sums a matter of order.
+/// Integrators that trace light, with parameters whose sums depend on the order unless they are exact.
 const FOLLOWING_LIGHT: [(&str, &str); 11] = [
     ("ptracer", ""),
     ("photonmapper", "direct=traced indirect=final_gather"),
     ("photonmapper", "direct=traced indirect=map"),
     ("photonmapper", "direct=map indirect=final_gather gather_importance=true"),
     ("photonmapper", "direct=map indirect=map lookup_size=0"),
-    // So many that the tree is built by several threads.
+    // Enough photons that several threads build the tree.
     ("photonmapper", "direct=map indirect=map global_photons=150000"),
     ("photonmapper", "direct=shadow_photons indirect=final_gather gather_samples=2"),
     ("sppm", "photon_count=9000 radius_schedule=per_pixel"),
     ("sppm", "photon_count=9000 radius_schedule=error_driven initial_radius=0.3"),
     ("sppm", "photon_count=9000 radius_schedule=per_pass path_classes=true"),
-    // So many that the grid is made by several threads.
+    // Enough photons that several threads build the grid.
     ("sppm", "photon_count=150000 radius_schedule=per_pixel direct=map kernel=cone"),
 ];
 
@@ -103,7 +103,7 @@ fn a_pixel_is_the_mean_of_its_replayed_samples() {
     }
 }
 
-/// Makes sure that a pixel is the mean of its samples: the image rounds to f32, the sum here to f64.
+/// Checks that a pixel is the mean of its samples. The image is rounded to f32, the sum here to f64.
 fn assert_mean(of_image: [f32; 3], of_samples: [f64; 3], name: &str) {
     for (of_image, of_samples) in of_image.into_iter().zip(of_samples) {
         let error = (f64::from(of_image) - of_samples).abs();
@@ -140,7 +140,7 @@ fn progressive_photon_mapping_takes_its_passes_from_every_sampler() {
         let images = SAMPLERS.map(|sampler| {
             let one = image(sampler, "--spp 4 --threads 1");
             assert!(bits(&one) == bits(&image(sampler, "--spp 4 --threads 7")), "{schedule} {sampler}");
-            // Passes are samples, by either name.
+            // Passes are samples; both options set their number.
             assert!(bits(&one) == bits(&image(sampler, "--param max_passes=4")), "{schedule} {sampler}");
             one
         });
@@ -158,7 +158,7 @@ fn cut(image: &Image, x: u32, y: u32, width: u32, height: u32) -> Vec<(&str, Vec
 
 #[test]
 fn a_crop_shows_the_pixels_of_the_whole() {
-    // A filter that reaches beyond the border of the crop is cut off there, unless the border is sampled.
+    // A filter that reaches beyond the border of the crop is truncated there, unless the border is sampled.
     let filters = [
         r#"<rfilter type="box"/>"#,
         r#"<rfilter type="gaussian"/><boolean name="sample_border" value="true"/>"#,

@@ -1,4 +1,4 @@
-//! A scene is met where its nearest shape is met, found by asking every shape alone.
+//! The first hit of a ray with a scene is the nearest hit with any of its shapes, each intersected alone.
 
 use etendue::{math::Ray, scene::Scene, scene_file::xml};
 use glam::DVec3;
@@ -26,8 +26,8 @@ fn shape() -> impl Strategy<Value = String> {
     })
 }
 
-/// A segment or half-line from around the scene, or from inside, through its middle; also along the axes, where
-/// slabs are parallel, and with a direction that is not of unit length.
+/// A segment or a half-line from around the scene, or from inside, through its middle. Some rays are parallel to the
+/// axes, where slabs are parallel, and directions do not have unit length.
 fn ray() -> impl Strategy<Value = Ray> {
     let point = |reach: f64| (-reach..reach, -reach..reach, -reach..reach).prop_map(DVec3::from);
     let length = select(vec![f64::INFINITY, 1.0, 0.5]);

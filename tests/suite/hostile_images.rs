@@ -1,10 +1,10 @@
-//! What `compare` refuses.
+//! Images that `compare` rejects.
 
 use etendue::film::exr;
 
 use crate::kit::{self, Folder, run};
 
-/// A folder with `image.exr` and things that are not quite like it.
+/// A folder with `image.exr` and damaged or different versions of it.
 fn folder() -> Folder {
     let folder = Folder::with_scene(&kit::ball());
     let image = folder.render("--spp 4");

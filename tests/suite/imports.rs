@@ -1,4 +1,4 @@
-//! Which modules of the crate use which, read from their sources.
+//! The dependencies between the modules of the crate, read from their sources.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -6,14 +6,14 @@ use std::{
     path::Path,
 };
 
-/// The path of a module in the crate, such as `study`, `plan`; that of the crate itself is empty.
+/// The path of a module in the crate, such as `study`, `plan`; empty for the crate itself.
 pub(crate) type Name = Vec<String>;
 
-/// The modules of a crate by their names.
+/// The modules of a crate, by name.
 #[derive(Debug, Default)]
 pub(crate) struct Modules(BTreeMap<Name, Module>);
 
-/// What the source of a module names.
+/// The names that the source of a module uses.
 #[derive(Debug, Default)]
 struct Module {
     imports: Vec<Import>,
@@ -26,12 +26,12 @@ struct Module {
 struct Import {
     name: String,
     path: Name,
-    /// Whether other modules see it too.
+    /// Whether the name is visible to other modules.
     is_public: bool,
 }
 
 impl Modules {
-    /// The modules of a folder of sources, without the items that are compiled for tests alone unless they are wanted.
+    /// The modules of a folder of sources. Items that are compiled for tests only are included on request.
     pub(crate) fn read(folder: &Path, with_tests: bool) -> Self {
         let mut modules = Self::default();
         modules.0.insert(Name::new(), Module::default());
@@ -52,8 +52,8 @@ impl Modules {
         }
     }
 
-    /// The modules that each module uses. A name of a module below that a module makes public is used by those who name it
-    /// there, and not by the module.
+    /// The modules that each module uses. If a module re-exports a name of a submodule, modules that use the
+    /// re-exported name depend on the submodule, and the re-exporting module does not.
     pub(crate) fn uses(&self) -> BTreeMap<Name, BTreeSet<Name>> {
         let of = |(name, module): (&Name, &Module)| {
             let target = |path: &Name| self.resolved(name, path);
@@ -65,7 +65,7 @@ impl Modules {
         self.0.iter().map(of).collect()
     }
 
-    /// The module that has what a path from a module names. None if that is not in this crate.
+    /// The module that contains the target of a path in a module. None if the target is not in this crate.
     fn resolved(&self, from: &Name, path: &[String]) -> Option<Name> {
         let (mut here, mut rest) = (from.clone(), path);
         match rest.first()?.as_str() {
@@ -82,7 +82,7 @@ impl Modules {
             } else if self.0.contains_key(&inner) {
                 here = inner;
             } else {
-                // A name that the module imports comes from where the module has it.
+                // The origin of a name that the module imports.
                 let import =
                     self.0.get(&here)?.imports.iter().find(|import| import.name == *word && import.path != rest);
                 return import.map_or(Some(here.clone()), |import| self.resolved(&here, &import.path));
@@ -107,7 +107,7 @@ impl Module {
         while at < tokens.len() {
             let first = at;
             if is(at, "use") {
-                // As in `pub use` and `pub(crate) use`.
+                // Both `pub use` and `pub(crate) use` are public.
                 let is_public = at > 0 && (is(at - 1, "pub") || is(at - 1, ")"));
                 at = use_tree(&tokens, at + 1, &Name::new(), &mut |name, path| {
                     module.imports.push(Import { name, path, is_public });
@@ -116,7 +116,7 @@ impl Module {
                 while is(at + 1, "::") && tokens.get(at + 2).is_some_and(|token| is_word(token)) {
                     at += 2;
                 }
-                // `$crate` in a macro speaks for whoever calls it.
+                // `$crate` in a macro belongs to the module that calls the macro.
                 if at > first && !(first > 0 && is(first - 1, "$")) {
                     module.paths.push(tokens[first..=at].iter().step_by(2).cloned().collect());
                 }
@@ -127,7 +127,7 @@ impl Module {
     }
 }
 
-/// Reads a tree of a `use` declaration, and returns where it ends.
+/// Reads a tree of a `use` declaration, and returns its end.
 fn use_tree(tokens: &[String], mut at: usize, before: &Name, found: &mut impl FnMut(String, Name)) -> usize {
     let mut path = before.clone();
     loop {
@@ -156,7 +156,7 @@ fn use_tree(tokens: &[String], mut at: usize, before: &Name, found: &mut impl Fn
     }
 }
 
-/// The words, `::` and other characters of a source, without its comments, texts and letters.
+/// The words, `::` and other characters of a source, without comments, strings and character literals.
 fn tokens(text: &str) -> Vec<String> {
     let mut tokens = Vec::new();
     let mut rest = text;
@@ -185,7 +185,7 @@ fn is_word(token: &str) -> bool {
     token.starts_with(|c: char| c.is_alphanumeric() || c == '_')
 }
 
-/// The length of the comment that a source begins with.
+/// The length of the comment at the start of a source.
 fn comment(text: &str) -> Option<usize> {
     if text.starts_with("//") {
         return Some(text.find('\n').unwrap_or(text.len()));
@@ -193,7 +193,7 @@ fn comment(text: &str) -> Option<usize> {
     text.starts_with("/*").then(|| text.find("*/").expect("a comment ends") + 2)
 }
 
-/// The length of the literal that a source begins with: a text, raw or not, or a letter.
+/// The length of the literal at the start of a source: a string, raw or not, or a character.
 fn literal(text: &str) -> Option<usize> {
     let raw = text.strip_prefix("br").or_else(|| text.strip_prefix('r')).unwrap_or_default();
     let hashes = raw.len() - raw.trim_start_matches('#').len();
@@ -223,7 +223,7 @@ fn literal(text: &str) -> Option<usize> {
     }
 }
 
-/// Tokens without the items that are compiled for tests alone.
+/// The tokens without items that are compiled for tests only.
 fn without_tests(tokens: &[String]) -> Vec<String> {
     const TEST: [&str; 7] = ["#", "[", "cfg", "(", "test", ")", "]"];
     let mut kept: Vec<String> = Vec::new();
@@ -234,7 +234,7 @@ fn without_tests(tokens: &[String]) -> Vec<String> {
             rest = &rest[1..];
             continue;
         }
-        // The item ends at a semicolon outside of braces, or where its braces close.
+        // The item ends at a semicolon outside of braces, or at its closing brace.
         let mut depth = 0_i32;
         let end = rest.iter().position(|token| {
             depth += i32::from(token == "{") - i32::from(token == "}");

@@ -1,4 +1,4 @@
-//! Renders that end early: by time, by their error, by signals, and by being killed.
+//! Renders that end early: by a time limit, by a target error, by signals, and by being killed.
 
 use std::{
     fs::{self, File},
@@ -33,7 +33,7 @@ fn time_ends_a_render() {
     let seconds: f64 = image.attribute("etendue.seconds").unwrap().parse().unwrap();
     assert!(seconds >= 0.3, "{seconds} s with {} samples", spp(&image));
     assert!(bits(&image) == bits(&rendered(&folder, &format!("--spp {}", spp(&image)))));
-    // There is always one sample.
+    // A render takes at least one sample.
     let said = run(&mut folder.etendue("render scene.xml -o image.exr --time-limit 0s --spp 100"));
     assert_eq!((said.code, said.err.as_str()), (Some(0), "the time is up with 1 samples of each pixel\n"));
     let complete = folder.render("--time-limit 1000h --spp 3");
@@ -56,14 +56,14 @@ fn a_small_error_ends_a_render_at_the_same_sample_always() {
         let options = format!("--integrator {integrator} --target-error 15%");
         let image = folder.render(&options);
         assert!(error(&image) < 0.15 && spp(&image) > 20, "{integrator}: {} with {}", error(&image), spp(&image));
-        // It could not have ended much earlier.
+        // The render could not have ended much earlier.
         let before = spp(&image) - spp(&image) / 8;
         assert!(error(&rendered(&folder, &format!("--integrator {integrator} --spp {before}"))) > 0.14);
         assert!(bits(&image) == bits(&rendered(&folder, &format!("--integrator {integrator} --spp {}", spp(&image)))));
         rendered(&folder, &format!("--integrator {integrator} --spp 19 --checkpoint a.ck"));
         let resumed = format!("--resume a.ck --spp 100000 --threads 1 {options}");
         assert!(bits(&image) == bits(&rendered(&folder, &resumed)), "{integrator}");
-        // It is small enough already.
+        // The error is already small enough.
         assert!(bits(&image) == bits(&rendered(&folder, &resumed)), "{integrator}");
     }
     let limited = folder.render("--target-error 0.001% --spp 17");
@@ -83,7 +83,7 @@ fn an_error_that_is_out_of_reach_ends_a_render() {
         assert!(said.code == Some(1) && said.err.ends_with(why), "{:?} {}", said.code, said.err);
         let image = exr::read(&folder.path("image.exr")).unwrap();
         assert_eq!(spp(&image), 256);
-        // Whatever else ends a render does so, however far the error is.
+        // Other conditions end a render even if the error is far from its target.
         for end in ["--spp 300", "--time-limit 0s"] {
             let image = folder.render(&format!("--target-error {target} {end}"));
             assert_eq!(spp(&image), if end.contains("300") { 300 } else { 1 });
@@ -91,7 +91,7 @@ fn an_error_that_is_out_of_reach_ends_a_render() {
     }
 }
 
-/// What a render writes on a terminal.
+/// The output of a render on a terminal.
 fn on_terminal(folder: &Folder, options: &str) -> String {
     let size = nix::pty::Winsize { ws_row: 24, ws_col: 160, ws_xpixel: 0, ws_ypixel: 0 };
     let pty = nix::pty::openpty(Some(&size), None).unwrap();
@@ -99,7 +99,7 @@ fn on_terminal(folder: &Folder, options: &str) -> String {
     command.current_dir(folder.path("")).args(["render", "scene.xml", "-o", "image.exr"]);
     command.args(options.split_whitespace()).env("TERM", "xterm").stderr(pty.slave).stdout(Stdio::null());
     let mut child = command.spawn().unwrap();
-    // The program has the only other end now: when it ends, so does what can be read.
+    // The program holds the only other end now, so that reading ends when the program ends.
     drop(command);
     let mut text = Vec::new();
     let _ = File::from(pty.master).read_to_end(&mut text);
@@ -113,11 +113,11 @@ fn progress_is_shown_on_a_terminal() {
     let shown = on_terminal(&folder, "--spp 20");
     assert!(shown.contains(" of 20 spp, ") && shown.contains("samples/s, "), "{shown}");
     assert_eq!(on_terminal(&folder, "--spp 20 --quiet"), "");
-    // Not on anything else.
+    // There is no progress if standard error is not a terminal.
     assert_eq!(run(&mut folder.etendue("render scene.xml -o image.exr --spp 20")).err, "");
 }
 
-/// A render that runs, and is killed if the test fails.
+/// A running render, which is killed if the test fails.
 struct Running(Child);
 
 impl Running {
@@ -134,7 +134,7 @@ impl Running {
         self.0.try_wait().unwrap().is_some()
     }
 
-    /// Waits until something is so, for however long the render runs.
+    /// Waits for a condition, however long it takes. Panics if the render ends before.
     fn wait_for(&mut self, what: &str, mut is_so: impl FnMut(&Self) -> bool) {
         while !is_so(self) {
             assert!(!self.has_ended(), "it ended before {what}");
@@ -155,7 +155,7 @@ impl Running {
         self.0.wait().unwrap()
     }
 
-    /// Whether a mask of signals, as the kernel names it, has one of them.
+    /// Whether a mask of signals in the kernel's status file contains a signal.
     #[cfg(target_os = "linux")]
     fn has(&self, mask: &str, signal: Signal) -> bool {
         let status = fs::read_to_string(format!("/proc/{}/status", self.0.id())).unwrap();
@@ -166,7 +166,7 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // It may have ended long ago.
+        // The process may have ended already.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
@@ -176,7 +176,7 @@ impl Drop for Running {
 fn an_interrupted_render_writes_what_it_has_and_can_go_on() {
     for signal in [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP, Signal::SIGUSR1] {
         let folder = Folder::with_scene(&busy("independent", BOX));
-        // It cannot end before it is told to.
+        // The render cannot end before it receives a signal.
         let mut render = Running::start(&folder, "--spp 1000000000 --checkpoint a.ck --checkpoint-every 0s");
         render.wait_for("its first checkpoint", |_| folder.path("a.ck").exists());
         render.send(signal);
@@ -193,13 +193,14 @@ fn an_interrupted_render_writes_what_it_has_and_can_go_on() {
 #[test]
 fn a_second_interruption_ends_it_at_once() {
     let folder = Folder::with_scene(&busy("independent", BOX));
-    // The test has the lock for which whoever writes the checkpoint waits: the render cannot end before the test does.
+    // The test holds the lock that the writer of the checkpoint waits for, so the render cannot end before the lock is
+    // released.
     let gate = File::create(folder.path("a.ck.partial")).unwrap();
     gate.lock().unwrap();
     let mut render = Running::start(&folder, "--spp 1 --checkpoint a.ck");
     render.wait_for("it catches interruptions", |render| render.has("SigCgt", Signal::SIGINT));
     render.send(Signal::SIGINT);
-    // Two signals of a kind that wait are one.
+    // Two pending signals of one kind would count as one.
     render.wait_for("the first one came", |render| !render.has("ShdPnd", Signal::SIGINT));
     assert!(!render.has_ended(), "the first does not end it");
     render.send(Signal::SIGINT);
@@ -213,7 +214,7 @@ fn a_killed_render_goes_on_to_the_same_image() {
         let folder = Folder::with_scene(&busy("independent", BOX));
         let options = format!("--integrator {integrator} --spp 300");
         let whole = rendered(&folder, &options);
-        // Killed at its start, and after as many checkpoints as these; what it does then, it may do at any moment.
+        // Kills the render at its start, and after these numbers of checkpoints.
         for checkpoints in [0, 1, 4, 0, 9, 2] {
             let resume = if folder.path("a.ck").exists() { "--resume" } else { "--checkpoint" };
             let mut render = Running::start(&folder, &format!("{options} {resume} a.ck --checkpoint-every 0s"));
@@ -236,7 +237,7 @@ fn a_killed_render_goes_on_to_the_same_image() {
 
 #[test]
 fn peak_memory_is_of_the_render_alone() {
-    // Memory of whoever starts the program is not the program's.
+    // The memory of the parent process does not count.
     let large = vec![1_u8; 600 << 20];
     let start = Instant::now();
     let image = kit::Folder::with_scene(&kit::ball()).render("--spp 4");
@@ -244,7 +245,7 @@ fn peak_memory_is_of_the_render_alone() {
     assert!((1e6..3e8).contains(&peak) && large.iter().all(|byte| *byte == 1), "{peak} bytes");
     let (seconds, core) = ("etendue.seconds", "etendue.core_seconds");
     let [seconds, core]: [f64; 2] = [seconds, core].map(|name| image.attribute(name).unwrap().parse().unwrap());
-    // Both are rounded to a thousandth, and neither can be more than has passed.
+    // Both times are rounded to a thousandth, and neither can exceed the elapsed time.
     let passed = start.elapsed().as_secs_f64() + 0.001;
     let cores = std::thread::available_parallelism().unwrap().get() as f64;
     assert!(core > 0.0 && core < passed * cores && seconds < passed, "{seconds} {core} of {passed}");

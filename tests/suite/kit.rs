@@ -1,4 +1,4 @@
-//! What the tests share: small scenes, folders that vanish, and ways to run the program.
+//! Helpers of the tests: small scenes, temporary folders, and ways to run the program.
 
 use std::{
     fs,
@@ -17,7 +17,7 @@ use tempfile::TempDir;
 
 pub(crate) const INTEGRATOR: &str = r#"<integrator type="path"><integer name="max_depth" value="4"/></integrator>"#;
 
-/// Looks from +z at the origin.
+/// A camera on the +z axis that looks at the origin.
 pub(crate) const SENSOR: &str = r#"<sensor type="perspective">
     <transform name="to_world"><lookat origin="0, 0, 5" target="0, 0, 0" up="0, 1, 0"/></transform>
     <film type="hdrfilm">
@@ -28,17 +28,17 @@ pub(crate) const SENSOR: &str = r#"<sensor type="perspective">
 
 pub(crate) const SKY: &str = r#"<emitter type="constant"><rgb name="radiance" value="0.5, 0.7, 1"/></emitter>"#;
 
-/// A scene of these parts and nothing else.
+/// A scene with these parts and nothing else.
 pub(crate) fn scene_of(parts: &[&str]) -> String {
     format!("<scene version=\"3.0.0\">\n  {}\n</scene>\n", parts.join("\n  "))
 }
 
-/// A scene that is whole but for what it shows.
+/// A scene that is complete except for its objects.
 pub(crate) fn scene(parts: &str) -> String {
     scene_of(&[INTEGRATOR, SENSOR, SKY, parts])
 }
 
-/// The smallest scene that shows something.
+/// The smallest scene with a visible object.
 pub(crate) fn ball() -> String {
     scene(r#"<shape type="sphere"/>"#)
 }
@@ -47,7 +47,7 @@ pub(crate) const BOX: &str = r#"<rfilter type="box"/>"#;
 
 pub(crate) const BUSY_INTEGRATOR: &str = r#"<integrator type="path"><integer name="rr_depth" value="2"/></integrator>"#;
 
-/// A scene with every kind of randomness: lens, filter, lights, roulette.
+/// A scene with every kind of randomness: lens, filter, lights, Russian roulette.
 pub(crate) fn busy(sampler: &str, film: &str) -> String {
     let sensor = format!(
         r#"<sensor type="thinlens"><float name="aperture_radius" value="0.1"/><float name="focus_distance" value="5"/>
@@ -66,12 +66,12 @@ pub(crate) fn busy(sampler: &str, film: &str) -> String {
     ])
 }
 
-/// Where the assets are.
+/// The root folder of the repository.
 pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The scenes that come with the program.
+/// The scene files of the repository.
 pub(crate) fn scenes() -> Vec<PathBuf> {
     let folders = ["assets/scenes", "assets/scenes/figures"].map(|folder| fs::read_dir(root().join(folder)).unwrap());
     let mut scenes: Vec<_> = folders.into_iter().flatten().map(|entry| entry.unwrap().path()).collect();
@@ -81,7 +81,7 @@ pub(crate) fn scenes() -> Vec<PathBuf> {
     scenes
 }
 
-/// A folder that vanishes with the test.
+/// A temporary folder, which is removed at the end of the test.
 pub(crate) struct Folder(TempDir);
 
 impl Folder {
@@ -106,7 +106,7 @@ impl Folder {
         fs::write(path, bytes).unwrap();
     }
 
-    /// Every file in it and below, hidden ones too.
+    /// All files in the folder and below, including hidden ones.
     pub(crate) fn files(&self) -> Vec<PathBuf> {
         let (mut files, mut folders) = (Vec::new(), vec![self.0.path().to_owned()]);
         while let Some(folder) = folders.pop() {
@@ -133,9 +133,9 @@ impl Folder {
     }
 }
 
-/// The program, run in a folder by a shell that sets limits before; arguments are still to come. Beside these limits it
-/// gets ten seconds of processor time, of which it needs a fraction: unlike the time of a clock, they do not depend on
-/// what else the machine does.
+/// The program, run in a folder by a shell that first sets limits; the caller adds arguments. It also limits the
+/// processor time to ten seconds, of which a test needs a fraction. Unlike wall-clock time, processor time does not
+/// depend on the load of the machine.
 pub(crate) fn limited(folder: &Folder, limits: &str) -> Command {
     let mut command = std::process::Command::new("sh");
     command.current_dir(folder.path("")).arg("-c").arg(format!("ulimit -t 10; {limits}; exec \"$0\" \"$@\""));
@@ -152,14 +152,14 @@ pub(crate) fn read_png(path: &Path) -> ((u32, u32), Vec<u8>) {
     ((info.width, info.height), bytes)
 }
 
-/// What a finished run said.
+/// The exit code and the output of a finished run.
 pub(crate) struct Said {
     pub(crate) code: Option<i32>,
     pub(crate) out: String,
     pub(crate) err: String,
 }
 
-/// Runs to the end, whatever comes of it.
+/// Runs a command to its end, whether it succeeds or not.
 pub(crate) fn run(command: &mut Command) -> Said {
     let output = command.output().unwrap();
     let text = |bytes| String::from_utf8(bytes).unwrap();

@@ -1,4 +1,5 @@
-//! Modules use only what stands above them in `src/lib.rs`, and those of a folder do not use each other in a circle.
+//! Modules use only the modules above them in `src/lib.rs`, and the modules of a folder do not depend on each other in
+//! a circle.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -10,15 +11,15 @@ use crate::{
     kit,
 };
 
-/// The modules that a file declares, in their order.
+/// The modules that a file declares, in order.
 fn order(file: &str) -> Vec<String> {
     let text = fs::read_to_string(kit::root().join(file)).unwrap();
     let name = |line: &str| Some(line.trim_start_matches("pub ").strip_prefix("mod ")?.strip_suffix(';')?.to_owned());
     text.lines().filter_map(name).collect()
 }
 
-/// Counts the uses of the modules of a folder by one another, and fails at one that stands below its user. Modules of
-/// `outside` may use all of them.
+/// Counts the dependencies between the modules of a folder, and fails at a module that depends on a later one. Modules
+/// of `outside` may depend on all of them.
 fn edges(folder: &[&str], file: &str, outside: &[&str]) -> usize {
     let order = order(file);
     let module = |name: &Name| {
@@ -58,10 +59,10 @@ fn no_topic_of_validation_uses_one_below_it() {
     assert!(edges > 30, "only {edges} uses were found");
 }
 
-/// Names with the names that they use.
+/// Names, each with the names that it uses.
 type Graph<N> = BTreeMap<N, BTreeSet<N>>;
 
-/// The names from which a way leads back to themselves.
+/// The names that are part of a cycle.
 fn in_circles<N: Clone + Ord>(graph: &Graph<N>) -> Vec<&N> {
     let comes_back = |start: &&N| {
         let mut seen = BTreeSet::new();
@@ -74,7 +75,7 @@ fn in_circles<N: Clone + Ord>(graph: &Graph<N>) -> Vec<&N> {
     graph.keys().filter(comes_back).collect()
 }
 
-/// For each folder, which of its modules use which others; a module has what its own folder uses.
+/// For each folder, the dependencies between its modules; a module includes the modules in its own folder.
 fn folders(uses: &Graph<Name>) -> BTreeMap<Name, Graph<String>> {
     let mut folders: BTreeMap<Name, Graph<String>> = BTreeMap::new();
     for (name, target) in uses.iter().flat_map(|(name, targets)| targets.iter().map(move |target| (name, target))) {

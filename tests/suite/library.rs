@@ -1,4 +1,4 @@
-//! The library as its users meet it: scenes built in code, the prelude, and the examples.
+//! The library from a user's view: scenes built in code, the prelude, and the examples.
 
 use std::{path::Path, process::Command};
 
@@ -36,7 +36,7 @@ fn code_and_xml_give_the_same_bits() {
     assert_eq!(kit::bits(&rendered(&busy().build().unwrap())), kit::bits(&from_xml));
 }
 
-/// Two triangles with a fold, and normals and texture coordinates that are not those of the faces.
+/// Two triangles at an angle, with normals and texture coordinates that differ from the computed ones.
 const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
     property float nx\nproperty float ny\nproperty float nz\nproperty float u\nproperty float v\n\
     element face 2\nproperty list uchar int vertex_indices\nend_header\n\
@@ -83,7 +83,7 @@ fn faults_of_built_scenes_name_line_object_and_parameter() {
         let place = format!("{}:{}:", file!(), line + i as u32);
         assert!(error.contains(&format!("{place}{expected}")), "{error}\nlacks\n{place}{expected}");
     }
-    // A program whose main returns the error prints the same lines.
+    // A program whose `main` returns the error prints the same lines.
     assert_eq!(format!("{:?}", SceneError::nowhere("nothing")), "nothing");
 }
 
@@ -96,7 +96,7 @@ fn the_hash_of_a_built_scene_is_that_of_its_parameters() {
     assert_ne!(hash(busy()), hash(ball(1.0)));
 }
 
-/// What an example printed. It is built as the tests are, of which it is a part, and not again if it is there.
+/// The output of an example. It is built in the same profile as the tests, and only if it is not up to date.
 fn printed(example: &str, argument: &Path) -> String {
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));
     cargo.current_dir(kit::root()).args(["run", "--quiet", "--example", example]);

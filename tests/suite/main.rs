@@ -1,6 +1,6 @@
 //! Tests of the whole program, most of them through its command line.
 
-#![allow(clippy::unwrap_used, reason = "what fails to unwrap in a helper fails the test that called it")]
+#![allow(clippy::unwrap_used, reason = "a failed unwrap in a helper fails the test that called it")]
 
 mod bad_input;
 mod bad_photons;

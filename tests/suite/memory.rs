@@ -1,8 +1,8 @@
-//! Memory that cannot be had is a fault like others: one line, exit code 2, and no file.
+//! A lack of memory is reported like other faults: one line, exit code 2, and no file.
 
 use crate::kit::{self, Folder, run};
 
-/// Renders with less address space than is needed, in megabytes.
+/// Renders with too little address space, in megabytes.
 fn short(folder: &Folder, megabytes: u64, options: &str) -> kit::Said {
     let mut command = kit::limited(folder, &format!("ulimit -v {}", megabytes * 1000));
     command.args(["render", "scene.xml", "-o", "image.exr"]).args(options.split_whitespace());
@@ -23,7 +23,7 @@ fn a_film_without_room_is_an_error() {
 
 #[test]
 fn other_things_without_room_end_the_program_with_one_line() {
-    // Photons are kept until there is no room for more.
+    // Photons are stored until memory runs out.
     let folder = Folder::with_scene(&kit::busy("independent", kit::BOX));
     let said = short(&folder, 400, "--integrator photonmapper --param global_photons=100000000");
     assert_eq!((said.code, said.out.as_str()), (Some(2), ""), "{}", said.err);

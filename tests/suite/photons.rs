@@ -21,7 +21,7 @@ fn photons(folder: &Folder, options: &str) -> Said {
 const FEW: &str = "--param global_photons=5000 --param caustic_photons=3000";
 const MAPPER: &str = r#"<integrator type="photonmapper"><integer name="max_depth" value="4"/></integrator>"#;
 
-/// The numbers in the row of a class, of the first map that has it.
+/// The numbers in the row of a class, from the first map that has it.
 fn row(said: &Said, class: &str) -> Vec<f64> {
     let line = said.out.lines().find(|line| line.trim_start().starts_with(class)).unwrap();
     line.split_whitespace().skip(1).map(|number| number.parse().unwrap_or(f64::NAN)).collect()
@@ -43,7 +43,7 @@ fn the_table_counts_what_the_renderer_keeps() {
     assert!(rows[0] > 100.0 && rows[1] > 10.0, "{}", said.out);
     let rendered = run(&mut folder.etendue(&format!("render scene.xml -o a.exr --spp 1 {FEW}")));
     assert!(rendered.err.contains(&format!("global map: {stored} photons of 5000 emitted")), "{}", rendered.err);
-    // Light from the lights has met nothing, light by way of glass one surface or two.
+    // Light straight from an emitter has hit no surface before; light through glass has hit one or two.
     assert_eq!(row(&said, "direct")[5], 0.0);
     assert!(row(&said, "caustic")[5] > 1.0);
 }

@@ -1,4 +1,4 @@
-//! What values mean, and different ways to write the same scene.
+//! The meaning of values, and different ways to write the same scene.
 
 use std::fs;
 
@@ -71,7 +71,7 @@ fn what_is_hidden_does_not_move_the_far_plane() {
         format!(r#"<shape type="rectangle"><transform name="to_world"><translate z="{z}"/></transform>{LAMP}</shape>"#)
     };
     let wall = r#"<shape type="rectangle"><transform name="to_world"><scale value="9"/><translate z="-4"/></transform></shape>"#;
-    // The wall is 9 away.
+    // The wall is at a distance of 9.
     for (far, seen) in [(8.5, false), (9.5, true)] {
         let sensor = SENSOR.replace("<transform", &format!(r#"<float name="far_clip" value="{far}"/><transform"#));
         let plain = pixel(&image(&kit::scene_of(&[&hiding, &sensor, wall, SKY]), 4), 8, 6);
@@ -110,10 +110,10 @@ fn hidden_emitters_are_looked_through_but_still_shine() {
     let both = format!("{}{}", square(LAMP, ""), wall(BLACK));
     let shown = scene(INTEGRATOR, &both);
     assert_eq!((pixel(&shown, 8, 6), pixel(&shown, 0, 0)), (lamp, environment));
-    // A black wall is seen through the lamp, and a black environment.
+    // A black wall is visible through the lamp, and a black environment.
     let black = scene(&hiding, &both);
     assert!(black.rgb(["R", "G", "B"]).unwrap().iter().all(|rgb| *rgb == [0.0; 3]));
-    // A mirror reflects the back of the lamp, which is black; the lamp shines at it when it is turned around.
+    // A mirror reflects the back of the lamp, which is black, or its front if the lamp is turned around.
     for (turn, reflected) in [("", [0.0; 3]), (AROUND, lamp)] {
         let mirror = scene(&hiding, &format!("{}{}", square(LAMP, turn), wall(r#"<bsdf type="conductor"/>"#)));
         assert_eq!(pixel(&mirror, 8, 6), reflected);

@@ -1,10 +1,10 @@
-//! Solids and materials that a review found wrong once.
+//! Regression tests of solids and materials.
 
 use crate::kit::{self, Folder, INTEGRATOR, SENSOR, SKY, image, image_in, pixel, run};
 
 const GREY: &str = r#"<bsdf type="diffuse"/>"#;
 
-/// The vertices of a cube, and two triangles for each of its faces but the last.
+/// The vertices of a cube, and two triangles for each of its faces except the last.
 const VERTICES: &str = "-1 -1 -1\n1 -1 -1\n-1 1 -1\n1 1 -1\n-1 -1 1\n1 -1 1\n-1 1 1\n1 1 1\n";
 const FACES: &str = "3 4 5 7\n3 4 7 6\n3 0 1 5\n3 0 5 4\n3 2 6 7\n3 2 7 3\n3 0 4 6\n3 0 6 2\n3 1 3 7\n3 1 7 5\n";
 

@@ -1,4 +1,4 @@
-//! `etendue study`: from its file to a page, restarts, and what is refused.
+//! `etendue study`: from its file to a page, restarts, and invalid input.
 
 use std::{collections::BTreeMap, fs, path::PathBuf};
 
@@ -6,7 +6,7 @@ use etendue::film::exr;
 
 use crate::kit::{Folder, INTEGRATOR, Said, run, scene_of};
 
-/// A floor under an even environment and a lamp: cheap, and not the same in every sample.
+/// A floor under a uniform environment and a lamp: cheap, and different in every sample.
 fn room() -> String {
     let sensor = r#"<default name="size" value="12"/><sensor type="perspective">
     <transform name="to_world"><lookat origin="0, 2, 4" target="0, 0, 0" up="0, 1, 0"/></transform>
@@ -55,13 +55,13 @@ fn read(folder: &Folder, name: &str) -> String {
     fs::read_to_string(folder.path(&format!("out/{name}"))).unwrap()
 }
 
-/// The images of all runs, with when they were written.
+/// The images of all runs, with their modification times.
 fn images(folder: &Folder) -> BTreeMap<PathBuf, std::time::SystemTime> {
     let files = folder.files().into_iter().filter(|path| path.extension().is_some_and(|extension| extension == "exr"));
     files.map(|path| (path.clone(), fs::metadata(path).unwrap().modified().unwrap())).collect()
 }
 
-/// The rows without what a run costs.
+/// The rows without the cost of a run.
 fn rows(folder: &Folder) -> Vec<serde_json::Value> {
     let line = |line: &str| {
         let mut row: serde_json::Value = serde_json::from_str(line).unwrap();
@@ -96,7 +96,7 @@ fn a_study_from_one_end_to_the_other() {
     for svg in ["room.rmse.spp.svg", "room.rmse.core-seconds.svg"] {
         assert!(read(&folder, svg).starts_with("<svg"), "{svg}");
     }
-    // The RMSE and the variance over the samples, the RMSE over the time.
+    // RMSE and variance over samples, and RMSE over time.
     assert_eq!(page.matches(r#"<svg class="chart""#).count(), 3);
     let cell: serde_json::Value = serde_json::from_str(read(&folder, "cells.jsonl").lines().last().unwrap()).unwrap();
     for known in
@@ -105,20 +105,20 @@ fn a_study_from_one_end_to_the_other() {
         assert!(cell[known].is_number(), "{known}: {cell}");
     }
 
-    // Again: nothing is left to do, and nothing changes.
+    // A second run has nothing to do and changes nothing.
     assert_eq!(study(&folder, "--plan").out, "");
     assert_eq!(study(&folder, "--plan --all").out, planned.out);
     let (before, table) = (images(&folder), read(&folder, "rows.jsonl"));
     assert_eq!(study(&folder, "").code, Some(0));
     assert_eq!((images(&folder), read(&folder, "rows.jsonl")), (before, table));
 
-    // Another folder, other threads: the same rows.
+    // Another folder and other threads give the same rows.
     let other = self::folder(STUDY);
     assert_eq!(study(&other, "--jobs 1 --threads 1").code, Some(0));
     assert_eq!(rows(&folder), rows(&other));
 }
 
-/// Without fits, so that a single seed will do.
+/// A study without fits, for which a single seed is enough.
 fn short() -> String {
     STUDY[..STUDY.find("[[fit]]").unwrap()]
         .replace("seeds = 8", "seeds = 2")
@@ -132,12 +132,12 @@ fn a_study_that_was_killed_goes_on() {
     assert_eq!(study(&folder, "--only room.path.4").code, Some(0));
     let first = images(&folder);
     assert_eq!(first.len(), 3, "the reference and one cell");
-    // As kill -9 in the middle of a line, and of an image, would leave it; and an image of another plan.
+    // A partial line and a partial image, as after kill -9, and an image of another plan.
     let table = read(&folder, "rows.jsonl");
     folder.write("out/rows.jsonl", &table[..table.len() - 20]);
     folder.write("out/rows.csv", read(&folder, "rows.csv").trim_end());
     let torn = first.keys().find(|path| path.to_string_lossy().contains("path.4")).unwrap();
-    // Headers tell times, which may be longer or shorter another time.
+    // Headers contain times, which vary in length.
     let channels = || exr::read(torn).expect("an image").channels;
     let (bytes, whole) = (fs::read(torn).unwrap(), channels());
     fs::write(torn, &bytes[..bytes.len() / 3]).unwrap();

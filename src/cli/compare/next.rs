@@ -48,8 +48,8 @@ fn seed(image: &Image) -> Option<u64> {
     image.attribute("etendue.seed")?.parse().ok()
 }
 
-/// The command that renders one image again with more samples; None if its header lacks the scene or the options. Its
-/// seed differs from that of the other image, because the two must be independent.
+/// The command that renders one image again with more samples; None if its header lacks the scene or the options. The
+/// new seed differs from the seed of the other image, because the two must be independent.
 fn command(sides: &Sides<'_>, side: usize, factor: f64) -> Option<String> {
     let image = sides.images[side]?;
     let (scene, options) = (image.attribute("etendue.scene")?, image.attribute("etendue.options")?);

@@ -12,7 +12,7 @@ use crate::{
     transport::{CameraPath, ClassRadiance, PathClass, ShadingPoint},
 };
 
-/// The second step: camera paths to the first surface with a smooth lobe, where the maps give the light.
+/// The second step: traces camera paths to the first surface with a smooth lobe, and estimates its light from the maps.
 #[derive(Debug)]
 pub(super) struct PhotonMapping<'s> {
     pub(super) scene: &'s Scene,
@@ -38,7 +38,7 @@ impl Estimator for PhotonMapping<'_> {
 }
 
 impl PhotonMapping<'_> {
-    /// Traces a camera path and adds its radiance; returns what the global map shows of the first surface.
+    /// Traces a camera path and adds its radiance. Returns the estimate of the global map at the first surface.
     fn trace(&self, ray: &Ray, sampler: &mut PathSampler, radiance: &mut ClassRadiance) -> Rgb {
         let limits = self.settings.limits;
         let mut raw = Rgb::ZERO;
@@ -48,7 +48,7 @@ impl PhotonMapping<'_> {
         let rr_depth = limits.rr_depth.max(CAMERA_RR_DEPTH);
         let mut path = CameraPath::along(self.scene, rr_depth, ray, self.settings.hide_emitters);
         loop {
-            // Emission: the camera sees emitters itself, and in mirrors and glass.
+            // Emission: emitters that the camera sees directly, in mirrors or through glass.
             radiance.add(path.class.if_emitter(), path.emission(1.0));
 
             // End the path where it left the scene, or at the maximum depth.
@@ -76,7 +76,7 @@ impl PhotonMapping<'_> {
         raw
     }
 
-    /// Adds the radiance that the smooth lobes of a point scatter, by class; returns a sample of a delta lobe to
+    /// Adds the radiance that the smooth lobes of a point scatter, by class. Returns a sample of a delta lobe to
     /// continue with.
     fn scattered(
         &self,
@@ -103,7 +103,7 @@ impl PhotonMapping<'_> {
         self.final_gather(path, point, sampler, scattered)
     }
 
-    /// The radiance estimate from the photons of a map that are accepted.
+    /// The radiance estimate from those photons of a map that `accepts` returns true for.
     pub(super) fn estimate(
         &self,
         map: &PhotonMap,

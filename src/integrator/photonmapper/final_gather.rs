@@ -10,8 +10,8 @@ use crate::{
 };
 
 impl PhotonMapping<'_> {
-    /// Emitter sampling, and gather rays: they find the direct light that emitter sampling is bad at, and indirect
-    /// light. Returns a sample of a delta lobe, if one was drawn first.
+    /// Emitter sampling and gather rays. Gather rays find indirect light, and direct light that emitter sampling
+    /// samples poorly. Returns a sample of a delta lobe, if one was sampled first.
     pub(super) fn final_gather(
         &self,
         path: &CameraPath<'_>,
@@ -20,7 +20,7 @@ impl PhotonMapping<'_> {
         scattered: &mut ClassRadiance,
     ) -> Option<BsdfSample> {
         let settings = self.settings;
-        // Without final gathering, rays are only there to meet emitters.
+        // Without final gathering, gather rays only find emitters.
         let meets_emitters =
             settings.direct != Direct::Map && (settings.gather_samples.is_some() || settings.direct == Direct::Traced);
         let rays = settings.gather_samples.unwrap_or(u32::from(meets_emitters));
@@ -84,7 +84,8 @@ impl PhotonMapping<'_> {
         scattered * (counts.emitter_weight(pdf, pdf_of_direction(point, histogram, wo)) / pdf.0)
     }
 
-    /// Whether a point sees an emitter, from shadow photons where all nearby ones agree, else from a shadow ray.
+    /// Whether an emitter is visible from a point: from shadow photons where all nearby ones agree, else from a shadow
+    /// ray.
     fn is_visible(&self, point: &ShadingPoint<'_>, emitter: usize, shadow_ray: &Ray) -> bool {
         let Some(shadow) = &self.maps.shadow else { return !self.scene.occluded(shadow_ray) };
         let visibility = shadow.visibility(&GatherPoint::new(self.scene, &point.si), emitter);
@@ -97,7 +98,7 @@ impl PhotonMapping<'_> {
     }
 
     /// Follows a gather ray through mirrors and glass to a surface where the global map gives the light. `counts`
-    /// weight the emitters that it meets at once; without them, emitters are left to other estimates.
+    /// weights the emitters that the ray hits directly. Without it, other estimates account for emitters.
     fn gather_along(
         &self,
         mut path: CameraPath<'_>,
@@ -139,7 +140,7 @@ impl PhotonMapping<'_> {
     }
 }
 
-/// Samples a direction from the BSDF or, with a histogram, from one of both with equal probability.
+/// Samples a direction from the BSDF. With a histogram, the BSDF or the histogram is chosen with equal probability.
 fn sample_direction(
     point: &ShadingPoint<'_>,
     histogram: Option<&DirectionHistogram>,

@@ -6,13 +6,13 @@ use crate::{
     transport::{PathClass, ShadingPoint},
 };
 
-/// A density of directions in proportion to the power that nearby photons brought from them. The unit square, mapped to
-/// the cosine-weighted hemisphere, is divided into cells; each is sampled in proportion to the power of its photons.
-/// Jensen 1995, "Importance Driven Path Tracing using the Photon Map".
+/// A density of directions in proportion to the power of nearby photons from each direction. The unit square, mapped to
+/// the cosine-weighted hemisphere, is divided into cells. Each cell is sampled in proportion to the power of its
+/// photons. Jensen 1995, "Importance Driven Path Tracing using the Photon Map".
 pub(super) struct DirectionHistogram {
     /// The cells by the power of their photons.
     cells: Distribution1D<[f64; CELLS]>,
-    /// The sign of the side that is looked at.
+    /// The sign of the side of the surface that the path arrives at.
     side: f64,
 }
 
@@ -35,7 +35,7 @@ impl DirectionHistogram {
         Some(Self { cells, side })
     }
 
-    /// Draws a local direction.
+    /// Samples a local direction.
     pub(super) fn sample(&self, u: DVec2) -> DVec3 {
         let DiscreteSample { index: cell, remapped } = self.cells.sample(u.x);
         let square = DVec2::new((cell % ROWS) as f64 + remapped, (cell / ROWS) as f64 + u.y) / ROWS as f64;

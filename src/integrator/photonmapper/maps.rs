@@ -14,7 +14,7 @@ use crate::{
 #[derive(Debug)]
 pub(super) struct Maps {
     pub(super) global: PhotonMap,
-    /// Empty if nothing casts caustics.
+    /// The caustic map; empty if nothing casts caustics.
     pub(super) caustic: PhotonMap,
     pub(super) shadow: Option<ShadowMap>,
     pub(super) global_lookup: EstimateParameters,
@@ -23,7 +23,7 @@ pub(super) struct Maps {
     notes: Notes,
 }
 
-/// How many connections with lights there were, and how many of them needed no ray.
+/// The number of shadow tests, and the number of them that needed no ray.
 #[derive(Debug, Default)]
 pub(super) struct ShadowRays {
     all: AtomicU64,
@@ -44,13 +44,13 @@ impl ShadowRays {
     }
 }
 
-// The purposes of random streams: no two maps share one, nor a map and the samples of pixels.
+// Identifiers of random streams: no two maps share one, and no map shares one with the samples of pixels.
 const GLOBAL: u64 = 0x67_6c6f_6261_6c00;
 const CAUSTIC: u64 = 0x63_6175_7374_6963;
 const SHADOW: u64 = 0x73_6861_646f_7700;
 
 impl Settings {
-    /// Emits the photons of a map; None if it is that of caustics and nothing casts any.
+    /// Emits the photons of a map; None for the caustic map if nothing casts caustics.
     pub(super) fn trace_photons(
         &self,
         scene: &Scene,
@@ -62,7 +62,7 @@ impl Settings {
             PhotonMapKind::Global => (self.global_photons, GLOBAL),
             PhotonMapKind::Caustic => (self.caustic_photons, CAUSTIC),
         };
-        // The last connection is that to the camera path.
+        // The connection to the camera path adds the last segment.
         let limits = self.limits.without_last();
         (kind == PhotonMapKind::Global || scene.has_specular())
             .then(|| trace_photons(scene, kind, count, limits, [seed, replicate, purpose]))

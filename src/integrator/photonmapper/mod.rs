@@ -17,10 +17,11 @@ use crate::{
     transport::PathClass,
 };
 
-/// Jensen's photon mapping in two steps. The first emits photons: some for a *global* map of all light on surfaces that
-/// scatter over more than single directions, `L(S|D)*D`, others, aimed at mirrors and glass, for a map of *caustics*,
-/// `LS+D`. The second follows paths from the camera through mirrors and glass, by chance where there is a choice, and
-/// finds what the first other surface shows in three parts. So the image has four layers, which add up to it:
+/// Jensen's photon mapping in two steps. The first step emits photons for two maps. The *global* map holds all light on
+/// surfaces with a smooth lobe, `L(S|D)*D`. The *caustic* map holds `LS+D`; its photons are aimed at mirrors and glass.
+/// The second step follows camera paths through mirrors and glass; where a surface has several delta lobes, it samples
+/// one. At the first surface with a smooth lobe it estimates light in three parts. So the image has four layers, which
+/// add up to it:
 ///
 /// | layer | paths | found by |
 /// |---|---|---|
@@ -32,12 +33,12 @@ use crate::{
 /// Each path belongs to one layer. An invisible surface (`null`) counts as `S`. Self-emission of materials emits no
 /// photons.
 ///
-/// Estimates are biased: they are means over discs. With `lookup_size` k the disc reaches to the k-th nearest photon,
-/// at most to the maximum radius, and the k - 1 photons within it count. With 0 it always has the maximum radius.
-/// Photons count only on their own side of their own shape (identified by 14 bits of a hash). Near the border of a
-/// rectangle or of a cube's face the disc is cut at the border; other shapes look dark within a radius of their border.
-/// Photon counts are those of emitted photons, by which powers are divided; in Mitsuba 0.6 they are those of stored
-/// photons.
+/// Estimates are biased, because they are means over discs. With `lookup_size` k the disc reaches to the k-th nearest
+/// photon, at most to the maximum radius, and the k - 1 nearer photons count. With 0 it always has the maximum radius.
+/// Photons count only on their own side of their own shape, which is identified by 14 bits of a hash. Near the border
+/// of a rectangle or of a cube's face the disc is cut at the border; other shapes look dark within a radius of their
+/// border. Photon counts are numbers of emitted photons, and powers are divided by them. In Mitsuba 0.6 they are
+/// numbers of stored photons.
 ///
 /// All pixels of an image share their photons, so the image has no variance layers.
 ///
@@ -52,7 +53,7 @@ impl Described for PhotonMapper {
         category: Category::Integrator,
         manual: manual!("mod.rs": "PhotonMapper"),
         name: "photonmapper",
-        summary: "Photon mapping in two steps, with a map of its own for caustics.",
+        summary: "Photon mapping in two steps, with a separate map for caustics.",
         params: PARAMS,
         examples: &[
             r#"<integrator type="photonmapper"><integer name="max_depth" value="8"/></integrator>"#,
@@ -69,8 +70,8 @@ impl Described for PhotonMapper {
 }
 
 impl PhotonMapper {
-    /// Emits the photons of one of its maps: those with which it renders a replicate. None if it is the map of caustics
-    /// and nothing in the scene casts any.
+    /// Emits the photons of one map, the same ones that a render of this replicate uses. None for the caustic map if
+    /// nothing in the scene casts caustics.
     #[must_use]
     pub fn trace_photons(
         &self,

@@ -22,7 +22,7 @@ pub(super) struct Settings {
     caustic_radius: Option<f64>,
     kernel: Kernel,
     pub(super) direct: Direct,
-    /// The number of gather rays; None where the map itself is shown.
+    /// The number of gather rays; None if indirect light comes from the map itself.
     pub(super) gather_samples: Option<u32>,
     pub(super) is_guided: bool,
     pub(super) shows_raw: bool,
@@ -30,7 +30,7 @@ pub(super) struct Settings {
     pub(super) hide_emitters: bool,
 }
 
-/// The way in which direct light is found.
+/// The method for direct light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Direct {
     Traced,
@@ -54,7 +54,8 @@ pub(super) const PARAMS: &[Param] = &[
         "lookup_size",
         ParamKind::Integer,
         "50",
-        "the number of nearest photons in an estimate, of which the farthest only sets the radius; 0 takes all within the radius",
+        "the number of nearest photons in an estimate, of which the farthest only sets the radius; 0 uses all within \
+         the radius",
     )
     .within(Range { min: 0.0, max: 1e6, open: false }),
     Param::optional(
@@ -90,7 +91,12 @@ pub(super) const PARAMS: &[Param] = &[
         "false",
         "whether gather rays are also sampled in proportion to the light in the map",
     ),
-    Param::new("raw_estimate", ParamKind::Boolean, "false", "whether to write a layer \"raw\" with the estimate of the global map"),
+    Param::new(
+        "raw_estimate",
+        ParamKind::Boolean,
+        "false",
+        "whether to write a layer \"raw\" with the estimate of the global map",
+    ),
     MAX_DEPTH,
     PHOTON_RR_DEPTH,
     HIDE_EMITTERS,
@@ -131,8 +137,8 @@ impl Settings {
         }
     }
 
-    /// The parameters of estimates from the global and from the caustic map. Radii that are not given are a fraction of
-    /// the scene's radius, but at least two pixel footprints at its center.
+    /// The parameters of estimates from the global map and from the caustic map. Default radii are a fraction of the
+    /// scene's radius, but at least two pixel footprints at its center.
     pub(super) fn lookups(&self, scene: &Scene) -> [EstimateParameters; 2] {
         let sphere = scene.scene_bounds();
         let size = if sphere.radius > 0.0 { sphere.radius } else { 1.0 };

@@ -16,7 +16,7 @@ use crate::{
     transport::{CameraPath, ClassRadiance, PathClass, SampleCounts, ShadingPoint, Shadows},
 };
 
-/// The camera paths of a pass, which see its photons.
+/// The camera paths of a pass, which gather its photons.
 #[derive(Debug)]
 pub(super) struct ProgressiveEstimator<'s> {
     pub(super) scene: &'s Scene,
@@ -49,8 +49,8 @@ impl Estimator for ProgressiveEstimator<'_> {
 }
 
 impl ProgressiveEstimator<'_> {
-    /// Traces a camera path by way of mirrors, glass and glossy surfaces to one where photons are gathered, and adds its
-    /// radiance and the photons that it finds.
+    /// Traces a camera path through mirrors, glass and glossy surfaces to a surface where photons are gathered. Adds
+    /// its radiance and the photons that it finds.
     fn trace(
         &self,
         camera_ray: &CameraRay,
@@ -92,7 +92,7 @@ impl ProgressiveEstimator<'_> {
                 self.estimate(&path, &point, radius, radiance, found);
             }
 
-            // BSDF sampling: any direction where the surface is glossy, else that of a delta lobe.
+            // BSDF sampling: any direction if the surface is glossy, else the direction of a delta lobe.
             let Some(sample) = further(&point, sampler) else { return };
             if !path.extend(&point, &sample, sampler) {
                 return;
@@ -126,8 +126,8 @@ impl ProgressiveEstimator<'_> {
     }
 }
 
-/// The width of what a pixel sees, along a path: a pixel sees as much of a mirror's picture as of a surface that is as
-/// far.
+/// The width of a pixel's footprint along a path. A mirror does not change the footprint: it grows with the length of
+/// the path.
 struct Footprint {
     previous: glam::DVec3,
     length: f64,
@@ -143,7 +143,7 @@ impl Footprint {
         }
     }
 
-    /// In m.
+    /// The size in m.
     fn size(&self) -> f64 {
         self.per_length * self.length
     }

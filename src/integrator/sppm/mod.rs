@@ -25,9 +25,9 @@ use crate::{
 /// all other light (`map`). Photons count only on their own side of their own shape. Near the border of a rectangle or
 /// of a cube's face the disc is cut at the border.
 ///
-/// The image is the mean over passes of the density of power around the gather points. This is the flux of Hachisuka and
-/// Jensen: they multiply the gathered flux τ by R'²/R² when the radius R shrinks to R', so τ/R² is a sum over passes,
-/// each divided by the square of its own radius.
+/// The image is the mean over passes of the density of power around the gather points. This is equal to the estimate of
+/// Hachisuka and Jensen. They multiply the gathered flux τ by R'²/R² when the radius R shrinks to R', so τ/R² is a sum
+/// over passes, each divided by the square of its own radius.
 ///
 /// | `radius_schedule` | the squared radius after n passes | passes |
 /// |---|---|---|

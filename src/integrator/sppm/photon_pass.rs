@@ -12,7 +12,7 @@ use crate::{
     scene::Scene,
 };
 
-/// The photons of a pass, and the radii within which they are seen.
+/// The photons of a pass, and their gather radii.
 #[derive(Debug)]
 pub(super) struct PhotonPass {
     pub(super) photons: PhotonGrid,
@@ -20,20 +20,20 @@ pub(super) struct PhotonPass {
     notes: Notes,
 }
 
-/// Squares of radii over those of the first pass.
+/// Squared radii relative to the first pass.
 #[derive(Debug)]
 enum Radii {
-    /// One for all pixels.
+    /// One radius for all pixels.
     Shared(f64),
-    /// One for each pixel.
+    /// One radius for each pixel.
     Pixels(Arc<[PixelRadius]>),
 }
 
-/// Tells the random numbers of photons apart from those of the samples of pixels.
+/// An identifier that separates the random numbers of photons from those of the pixels' samples.
 const PHOTONS: u64 = 0x73_7070_6d00;
 
 impl PhotonPass {
-    /// Emits the photons of an iteration. `radii` are those that the iteration before left; None in the first.
+    /// Emits the photons of an iteration. `radii` are the result of the iteration before; None in the first.
     pub(super) fn new(
         scene: &Scene,
         settings: &Settings,
@@ -47,9 +47,9 @@ impl PhotonPass {
                 Radii::Pixels(radii.unwrap_or_else(|| first_radii(scene).into()))
             }
         };
-        // No two passes share a number.
+        // Each pass has different random numbers.
         let address = [iteration.seed, iteration.replicate, hash(&[PHOTONS, u64::from(iteration.sample)])];
-        // The last connection is that to the camera path.
+        // The connection to the camera path adds the last segment.
         let limits = settings.limits.without_last();
         let batches = trace_photon_batches(scene, PhotonMapKind::Global, settings.photon_count, limits, address);
         let radius = settings.typical_radius(scene) * radii.mean_squared().sqrt();
@@ -71,7 +71,7 @@ impl PhotonPass {
         self.notes.clone()
     }
 
-    /// The radius of a pixel over that of the first pass.
+    /// The radius of a pixel relative to the first pass.
     pub(super) fn relative_radius(&self, pixel: usize) -> f64 {
         match &self.radii {
             Radii::Shared(squared) => squared.sqrt(),
@@ -79,7 +79,7 @@ impl PhotonPass {
         }
     }
 
-    /// The radii of all pixels, if each has its own.
+    /// The radii of all pixels; None if all pixels share one radius.
     pub(super) fn pixel_radii(&self) -> Option<&[PixelRadius]> {
         match &self.radii {
             Radii::Shared(_) => None,

@@ -15,12 +15,12 @@ use crate::{
 pub(super) struct Settings {
     pub(super) max_passes: Option<u32>,
     pub(super) photon_count: u64,
-    /// In m; None takes some pixel footprints.
+    /// The radius of the first pass in m; None means two pixel footprints.
     pub(super) initial_radius: Option<f64>,
     pub(super) alpha: f64,
     pub(super) schedule: Schedule,
     pub(super) kernel: Kernel,
-    /// Whether emitter sampling finds direct light; else photons do.
+    /// Whether emitter sampling finds direct light; otherwise photons do.
     pub(super) connects: bool,
     pub(super) limits: PathLimits,
     pub(super) hide_emitters: bool,
@@ -34,7 +34,7 @@ pub(super) enum Schedule {
     PerPixel,
     /// The radius of each pixel shrinks where its photons indicate bias.
     ErrorDriven,
-    /// All radii shrink with the number of the pass.
+    /// All radii shrink with the index of the pass.
     PerPass,
 }
 

@@ -4,8 +4,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// A file that is written beside its place and then put there as a whole. Its name is always the same, so that those of
-/// runs that were killed do not pile up; the file is locked, so that two writers do not mix.
+/// A temporary file beside its final place, which is renamed when it is complete. Its name is fixed, so that runs that
+/// were killed do not leave many of them. The file is locked, so that two writers do not mix.
 pub(super) struct Draft {
     file: File,
     path: PathBuf,
@@ -13,7 +13,7 @@ pub(super) struct Draft {
 }
 
 impl Draft {
-    /// Waits until nobody else writes there.
+    /// Opens the temporary file, and waits until no other process writes to it.
     pub(super) fn new(place: &Path) -> io::Result<Self> {
         let mut name = place.file_name().ok_or(io::ErrorKind::InvalidFilename)?.to_owned();
         name.push(".partial");
@@ -21,7 +21,7 @@ impl Draft {
         loop {
             let file = File::options().write(true).create(true).truncate(false).open(&path)?;
             file.lock()?;
-            // Whoever held the lock has put the file in its place meanwhile.
+            // The previous holder of the lock may have renamed the file meanwhile.
             if !is_at(&file, &path)? {
                 continue;
             }
@@ -34,7 +34,7 @@ impl Draft {
         &self.file
     }
 
-    /// Puts the file in its place, where it stays even if the machine stops.
+    /// Renames the file to its final place, and syncs it, so that it survives a crash of the machine.
     pub(super) fn finish(self) -> io::Result<()> {
         self.file.sync_all()?;
         fs::rename(&self.path, &self.place)?;
@@ -43,9 +43,9 @@ impl Draft {
         Ok(())
     }
 
-    /// Leaves nothing behind.
+    /// Removes the temporary file.
     pub(super) fn discard(self) {
-        // That a draft stays is told by the error for which it is discarded.
+        // A failure to remove it is ignored: the caller reports the error that led here.
         let _ = fs::remove_file(&self.path);
     }
 }
@@ -55,7 +55,7 @@ fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Whether an open file is the one with this path.
+/// Whether an open file is still the one at this path.
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> io::Result<bool> {
     use std::os::unix::fs::MetadataExt as _;

@@ -1,5 +1,5 @@
-//! Checkpoints as files: a line that says what it is and how long, a line of JSON, the sums, and a SHA-256 of all
-//! before.
+//! The file format of checkpoints: a first line with format and length, a line of JSON, the sums, and a SHA-256 of all
+//! preceding bytes.
 
 use std::{
     fs::File,
@@ -18,13 +18,13 @@ use crate::{
     render::drive::count,
 };
 
-/// How every checkpoint begins; then come its format, and the length of the whole file in 20 digits.
+/// The first bytes of every checkpoint. The number of the format and the length of the whole file in 20 digits follow.
 const MAGIC: &str = "etendue checkpoint ";
 const FORMAT: &str = "1";
-/// The length of the first line.
+/// The length of the first line in bytes.
 const FIRST: u64 = MAGIC.len() as u64 + 30;
 const HASH: u64 = 32;
-/// The bytes of a [`PixelRadius`].
+/// The number of bytes of a [`PixelRadius`].
 const RADIUS: u64 = 3 * 8;
 
 fn first_line(bytes: u64) -> String {
@@ -35,23 +35,23 @@ fn first_line(bytes: u64) -> String {
 #[derive(Serialize, Deserialize)]
 struct Header {
     record: RenderRecord,
-    /// How many pixels have a radius of their own.
+    /// The number of pixels that have their own radius.
     pixel_radii: u64,
     has_splats: bool,
 }
 
 impl Header {
-    /// How many bytes of sums belong to it; None if more than can be counted.
+    /// The number of bytes of sums and radii that follow this header; None if it overflows.
     fn bytes(&self) -> Option<u64> {
         self.pixel_radii.checked_mul(RADIUS)?.checked_add(self.record.identity.frame.bytes(self.has_splats)?)
     }
 }
 
 impl RenderRecord {
-    /// Writes it with its sums as a whole or not at all.
+    /// Writes the checkpoint with its sums. The file is replaced as a whole or not at all.
     ///
     /// # Errors
-    /// If the file cannot be written; then what was there before still is.
+    /// If the file cannot be written. An existing file is then unchanged.
     pub fn write(&self, path: &Path, film: &Film, state: &IntegratorState) -> Result<(), FileError> {
         let fault = |error: io::Error| FileError::new(path, error);
         if path.is_dir() {
@@ -85,7 +85,7 @@ fn write(file: &File, header: &Header, film: &Film, state: &IntegratorState) -> 
     writer.inner.flush()
 }
 
-/// The radii of pixels that a state holds.
+/// The radii of the pixels in a state.
 fn radii(state: &IntegratorState) -> &[PixelRadius] {
     match state {
         IntegratorState::Empty => &[],
@@ -106,7 +106,7 @@ fn read_state(reader: &mut impl Read, pixel_radii: u64) -> io::Result<Integrator
     Ok(IntegratorState::PixelRadii(radii?.into()))
 }
 
-/// Hashes what goes through.
+/// A writer that hashes all bytes that it passes on.
 struct Hashing<W> {
     inner: W,
     hash: Sha256,
@@ -125,10 +125,10 @@ impl<W: Write> Write for Hashing<W> {
 }
 
 impl Checkpoint {
-    /// Reads a checkpoint. Nothing of it is believed before its length and its hash are right.
+    /// Reads a checkpoint. Its length and its hash are checked before its content is used.
     ///
     /// # Errors
-    /// If there is none, or it is not whole.
+    /// If the file cannot be read, or is not a complete checkpoint.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         let fault = |what: &dyn std::fmt::Display| FileError::new(path, what);
         let file = File::open(path).map_err(|error| fault(&error))?;
@@ -141,7 +141,7 @@ impl Checkpoint {
         read(&file, there.len()).map_err(|what| fault(&what))
     }
 
-    /// Whether a file begins as checkpoints do, whole or not.
+    /// Whether a file begins as checkpoints do. The rest may be damaged.
     #[must_use]
     pub fn is_at(path: &Path) -> bool {
         let mut start = Vec::new();
@@ -150,7 +150,7 @@ impl Checkpoint {
     }
 }
 
-/// Makes sure that a file is a checkpoint of this format and as long as it says itself.
+/// Checks that a file is a checkpoint of this format and has the length that its first line states.
 fn check_length(file: &File, length: u64) -> Result<(), String> {
     let mut start = Vec::new();
     file.take(FIRST).read_to_end(&mut start).map_err(|error| error.to_string())?;
@@ -174,7 +174,7 @@ fn check_length(file: &File, length: u64) -> Result<(), String> {
         Some(said) if first_line(said).as_bytes() != start => Err("is damaged in its first line".into()),
         None => Err("is damaged in its first line".into()),
         Some(said) if length < said => Err(format!("ends after {length} of {said} bytes")),
-        Some(said) if length > said => Err(format!("goes on after its {said} bytes, up to {length}")),
+        Some(said) if length > said => Err(format!("continues after its {said} bytes, up to {length}")),
         Some(_) => Ok(()),
     }
 }
@@ -190,7 +190,7 @@ fn check_hash(mut file: &File, length: u64) -> Result<(), String> {
     if writer.hash.finalize().as_slice() == said { Ok(()) } else { Err("is damaged: its SHA-256 is not right".into()) }
 }
 
-/// Reads a file whose hash is right. It can still have been made by another program.
+/// Reads a file whose hash is right. Another program may still have made it.
 fn read(mut file: &File, length: u64) -> Result<Checkpoint, String> {
     let fault = |error: io::Error| error.to_string();
     file.seek(io::SeekFrom::Start(FIRST)).map_err(fault)?;
@@ -199,10 +199,10 @@ fn read(mut file: &File, length: u64) -> Result<Checkpoint, String> {
     reader.read_until(b'\n', &mut json).map_err(fault)?;
     let header: Header = serde_json::from_slice(&json).map_err(|error| format!("its header is wrong: {error}"))?;
     let expected = header.bytes().and_then(|sums| sums.checked_add(FIRST + HASH + json.len() as u64));
-    // Only now is there room made: as much as the file has.
+    // Memory is allocated only now, and no more than the file has bytes.
     let frame = &header.record.identity.frame;
     if expected != Some(length) || !frame.is_possible() {
-        return Err("its header is wrong: what it says is not what there is".into());
+        return Err("its header is wrong: it does not match the length of the file".into());
     }
     let mut film = frame.film().map_err(|error| error.to_string())?;
     let state = read_state(&mut reader, header.pixel_radii).map_err(fault)?;

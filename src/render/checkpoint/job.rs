@@ -1,4 +1,4 @@
-//! What a render has left to do: from what is asked for, and from what a checkpoint has already.
+//! The samples that a render still has to take: the requested ones without those that a checkpoint has.
 
 use std::{
     ops::Range,
@@ -29,13 +29,13 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// The part with this number, counted from 1; None if there is no such part.
+    /// The part with this number, counted from 1; None if the number is not from 1 to `parts`.
     #[must_use]
     pub fn new(part: u32, parts: u32) -> Option<Self> {
         (1..=parts).contains(&part).then_some(Self { part, parts })
     }
 
-    /// Its samples, of `all` samples of a pixel. The parts differ by one sample at most.
+    /// The samples of this part, of `all` samples of a pixel. The parts differ by one sample at most.
     #[must_use]
     pub fn range(self, all: u32) -> Range<u32> {
         let cut = |part: u32| (u64::from(all) * u64::from(part) / u64::from(self.parts)) as u32;
@@ -43,27 +43,27 @@ impl Shard {
     }
 }
 
-/// Which samples of a render are asked for, and what ends it before all are taken.
+/// The requested samples of a render, and the conditions that end it early.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SampleRequest {
-    /// The seed; None takes the scene's.
+    /// The seed; None means the scene's seed.
     pub seed: Option<u64>,
-    /// Samples of each pixel in all. None takes the checkpoint's number, or without a checkpoint the scene's; a render
-    /// that a time limit or a target error ends needs no number.
+    /// Samples of each pixel in all. None means the number of the checkpoint, or without a checkpoint the number of the
+    /// scene. A render that ends by a time limit or a target error needs no number.
     pub spp: Option<u32>,
-    /// The part of these samples to take; None takes all.
+    /// The part of these samples to take; None means all of them.
     pub shard: Option<Shard>,
     /// The render ends after this time.
     pub time_limit: Option<Duration>,
-    /// The render ends once [`crate::film::Film::relative_error`] is below.
+    /// The render ends once [`crate::film::Film::relative_error`] is below this value.
     pub target_error: Option<f64>,
 }
 
-/// Why a render cannot be done as it is asked for, or cannot go on from a checkpoint.
+/// Why a render cannot be done as requested, or cannot continue from a checkpoint.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum JobError {
-    /// A target error is asked of an integrator that shares photons between all samples.
+    /// The request has a target error, but the integrator shares photons between all samples.
     #[error(
         "all samples of the integrator {integrator} share one set of photons, so their scatter does not show the error"
     )]
@@ -71,16 +71,16 @@ pub enum JobError {
         /// The integrator's name.
         integrator: &'static str,
     },
-    /// A shard is asked of an integrator whose samples follow from one another.
+    /// The request has a shard, but each sample of the integrator depends on those before.
     #[error("each sample of the integrator {integrator} depends on those before, so they cannot be rendered in parts")]
     DependentSamples {
         /// The integrator's name.
         integrator: &'static str,
     },
-    /// Neither the request nor the checkpoint says how many samples to take.
+    /// Neither the request nor the checkpoint has a number of samples.
     #[error("the number of samples is not known")]
     UnknownGoal,
-    /// The sampler needs to know the number of samples.
+    /// The sampler needs the number of samples, which is unknown.
     #[error("the samples of the sampler {sampler} depend on their number, which is not known")]
     ClosedSampler {
         /// The sampler's name.
@@ -91,24 +91,24 @@ pub enum JobError {
     TooManyParts {
         /// Samples of each pixel.
         samples: u32,
-        /// Parts that are asked for.
+        /// Parts that were requested.
         parts: u32,
     },
-    /// The checkpoint is of another render; the text says what differs.
+    /// The checkpoint belongs to another render; the text says what differs.
     #[error("is of {0}")]
     OtherRender(String),
-    /// The checkpoint has samples that are not asked for.
-    #[error("has {taken}, but only {asked} are asked for")]
+    /// The checkpoint has samples that were not requested.
+    #[error("has {taken}, but only {asked} are requested")]
     OtherSamples {
-        /// What the checkpoint has.
+        /// The samples of the checkpoint, in words.
         taken: String,
-        /// What is asked for.
+        /// The requested samples, in words.
         asked: String,
     },
     /// The checkpoint cannot be continued.
     #[error("lacks the integrator's state, which the next sample depends on")]
     MissingState,
-    /// There is no room for the film.
+    /// There is not enough memory for the film.
     #[error("{0}; a film with fewer pixels or layers needs less")]
     Memory(#[from] NoMemory),
     /// A file of the scene cannot be read any more.
@@ -117,7 +117,7 @@ pub enum JobError {
 }
 
 impl JobError {
-    /// Whether the fault is the checkpoint's, rather than the request's.
+    /// Whether the checkpoint is at fault, rather than the request.
     #[must_use]
     pub fn is_of_checkpoint(&self) -> bool {
         matches!(self, Self::OtherRender(_) | Self::OtherSamples { .. } | Self::MissingState)
@@ -125,10 +125,11 @@ impl JobError {
 }
 
 impl SampleRequest {
-    /// Checks that an integrator can do what is asked.
+    /// Checks that the integrator can fulfil the request.
     ///
     /// # Errors
-    /// If its samples show no error, or cannot be taken apart.
+    /// If the request has a target error but the integrator's samples do not show one, or if it has a shard but the
+    /// samples depend on each other.
     pub fn check(&self, renderer: &Renderer) -> Result<(), JobError> {
         let (integrator, iterations) = (renderer.integrator.plugin().name, renderer.integrator.iterations());
         if self.target_error.is_some() && iterations == IterationPlan::PerReplicate {
@@ -159,7 +160,7 @@ impl SampleRequest {
         Ok(goal)
     }
 
-    /// The samples of each pixel that are asked for.
+    /// The requested samples of each pixel.
     fn range(&self, goal: Option<u32>) -> Result<Range<u32>, JobError> {
         let all = goal.unwrap_or(u32::MAX);
         match self.shard {
@@ -170,45 +171,46 @@ impl SampleRequest {
     }
 }
 
-/// A render that can be run: what there is of it, and what there is to do.
+/// A render that can be run: the samples that exist, and those to take.
 #[derive(Debug)]
 pub struct RenderJob {
     /// What is rendered.
     pub replicate: Replicate,
-    /// What there is: no samples, or those of the checkpoint that the render goes on from.
+    /// The existing samples: none, or those of the checkpoint to continue from.
     pub checkpoint: Checkpoint,
     /// The samples of each pixel to take.
     pub ranges: Vec<Range<u32>>,
     request: SampleRequest,
 }
 
-/// How a running render is interrupted and kept.
+/// The controls of a running render: when to interrupt it, and when to write checkpoints.
 #[derive(Clone, Copy, Debug)]
 pub struct Controls<'a> {
     /// When the work began.
     pub start: Instant,
-    /// The render ends when it becomes true.
+    /// The render ends when this becomes true.
     pub interrupted: &'a AtomicBool,
     /// The time from one checkpoint to the next.
     pub checkpoint_every: Duration,
 }
 
-/// What a render that ended leaves.
+/// The result of a render that ended.
 #[derive(Debug)]
 pub struct JobResult {
-    /// Why it ended.
+    /// Why the render ended.
     pub end: End,
-    /// Its samples. The cost in its record is what it was before the job ran.
+    /// The samples. The cost in the record does not include this job.
     pub checkpoint: Checkpoint,
-    /// What the integrator gathered and did.
+    /// Statistics that the integrator collected.
     pub notes: Notes,
 }
 
 impl RenderJob {
-    /// What is asked for, less what a checkpoint has.
+    /// The job of a request: its samples without those that the checkpoint has.
     ///
     /// # Errors
-    /// If the integrator or the sampler cannot do it, or the checkpoint is of another render or of other samples.
+    /// If the integrator or the sampler cannot fulfil the request, or the checkpoint belongs to another render or has
+    /// samples that were not requested.
     pub fn new(
         source: &RenderSource<'_>,
         request: &SampleRequest,
@@ -231,8 +233,8 @@ impl RenderJob {
         Ok(Self { replicate, checkpoint, ranges, request: *request })
     }
 
-    /// Renders. `progress` gets the number of samples that were added, from any thread. `keep` gets what there is
-    /// whenever it is time for a checkpoint.
+    /// Renders. `progress` receives the number of samples that were added, from any thread. `keep` receives the record
+    /// and the rendering when it is time to write a checkpoint.
     pub fn run(
         self,
         renderer: &Renderer,
@@ -267,7 +269,7 @@ impl RenderJob {
 }
 
 impl Checkpoint {
-    /// The same samples with the record of the render that goes on from them.
+    /// The same samples with the record of the render that continues them.
     fn continued(self, record: RenderRecord, range: &Range<u32>, renderer: &Renderer) -> Result<Self, JobError> {
         if let Some(difference) = record.identity.difference(&self.record.identity) {
             return Err(JobError::OtherRender(difference));

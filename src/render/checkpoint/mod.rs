@@ -1,4 +1,4 @@
-//! A render as far as it is: its exact sums, which samples are in them, and of what.
+//! The state of an unfinished render: its exact sums, the samples in them, and the identity of the render.
 
 mod draft;
 mod file;
@@ -21,47 +21,47 @@ use crate::{
     scene_file::{Document, SceneError},
 };
 
-/// What a render is made from: a renderer, and what it was built from.
+/// What a render is made from: a renderer, and the scene description that it was built from.
 #[derive(Clone, Copy, Debug)]
 pub struct RenderSource<'a> {
     /// The scene with its integrator.
     pub renderer: &'a Renderer,
-    /// What the scene was built from.
+    /// The document that the scene was built from.
     pub document: &'a Document,
-    /// What the scene's `$parameters` were set to.
+    /// The values of the scene's `$parameters`.
     pub definitions: &'a [(String, String)],
-    /// What was changed of the scene's integrator.
+    /// The changes to the scene's integrator.
     pub overrides: &'a Overrides,
 }
 
-/// All that the samples of a render are a function of, besides their numbers.
+/// Everything that determines the samples of a render, besides their numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identity {
-    /// The program.
+    /// The version of the program.
     pub version: String,
     /// The hash of the scene's files.
     pub scene_sha256: String,
-    /// What `$parameters` were set to.
+    /// The values of `$parameters`.
     pub definitions: Vec<(String, String)>,
-    /// The integrator with its parameters.
+    /// The integrator with its parameters, as text.
     pub integrator: String,
-    /// The sampler with its parameters.
+    /// The sampler with its parameters, as text.
     pub sampler: String,
-    /// How many samples a pixel gets in all, if its samples depend on it.
+    /// The number of samples of a pixel in all, if the samples depend on it.
     pub samples: Option<u32>,
     /// The seed.
     pub seed: u64,
     /// The number of the replicate.
     pub replicate: u64,
-    /// The film.
+    /// The crop, size and layers of the film.
     pub frame: Frame,
 }
 
 impl Identity {
-    /// Of a replicate of a source's image.
+    /// The identity of a replicate of the image of a source.
     ///
     /// # Errors
-    /// If a file of the scene cannot be read any more.
+    /// If a file of the scene can no longer be read.
     pub fn new(source: &RenderSource<'_>, replicate: Replicate) -> Result<Self, SceneError> {
         let RenderSource { renderer, document, definitions, overrides } = *source;
         let unread = |error| SceneError::nowhere(format!("a file of the scene cannot be read any more: {error}"));
@@ -79,7 +79,7 @@ impl Identity {
         })
     }
 
-    /// What makes another one's samples those of another render; None if nothing does.
+    /// The first difference between two identities, in words; None if they are equal.
     #[must_use]
     pub fn difference(&self, other: &Self) -> Option<String> {
         let (own, others) = (self.aspects(), other.aspects());
@@ -87,7 +87,7 @@ impl Identity {
         different.map(|((what, own), (_, other))| format!("another {what}: \"{other}\" instead of \"{own}\""))
     }
 
-    /// All of it, with names.
+    /// All parts of the identity, with their names.
     fn aspects(&self) -> [(&'static str, String); 9] {
         let definitions: Vec<_> = self.definitions.iter().map(|(name, value)| format!("{name}={value}")).collect();
         let crop = self.frame.crop;
@@ -111,19 +111,19 @@ impl Identity {
     }
 }
 
-/// What a render took.
+/// The time and memory that a render used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ResourceUse {
     /// Wall time.
     pub seconds: f64,
-    /// Time of all cores, the system's for it too; 0 where it is not known.
+    /// CPU time of all cores, user and system; 0 if unknown.
     pub core_seconds: f64,
-    /// The most memory that was resident, in bytes; 0 where it is not known.
+    /// The peak resident memory in bytes; 0 if unknown.
     pub peak_bytes: u64,
 }
 
 impl ResourceUse {
-    /// Of both, one after the other.
+    /// The use of two runs, one after the other.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {
@@ -137,20 +137,20 @@ impl ResourceUse {
 /// A checkpoint without its sums.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RenderRecord {
-    /// What is rendered.
+    /// The identity of the render.
     pub identity: Identity,
-    /// What the header of its image says besides samples and cost: names and texts.
+    /// The attributes in the header of its image other than samples and cost, as names and texts.
     pub attributes: Vec<(String, String)>,
-    /// How many samples of each pixel there will be when it is complete, if that is known.
+    /// The number of samples of each pixel when the render is complete, if known.
     pub goal: Option<u32>,
-    /// Which samples of each pixel are taken.
+    /// The samples of each pixel that were taken.
     #[serde(deserialize_with = "ranges")]
     pub taken: RangeSet<u32>,
-    /// What they took.
+    /// The cost of the samples.
     pub cost: ResourceUse,
 }
 
-/// The crate's own reader panics at ranges that are none.
+/// Reads ranges and checks them. The deserializer of the crate panics at invalid ranges.
 fn ranges<'de, D: Deserializer<'de>>(from: D) -> Result<RangeSet<u32>, D::Error> {
     let pairs: Vec<(u32, u32)> = Vec::deserialize(from)?;
     if let Some((start, end)) = pairs.iter().find(|(start, end)| start >= end) {
@@ -159,19 +159,19 @@ fn ranges<'de, D: Deserializer<'de>>(from: D) -> Result<RangeSet<u32>, D::Error>
     Ok(pairs.into_iter().map(|(start, end)| start..end).collect())
 }
 
-/// A render as far as it is.
+/// The state of an unfinished render.
 #[derive(Clone, Debug)]
 pub struct Checkpoint {
-    /// What it is of.
+    /// The identity of the render, and the samples that were taken.
     pub record: RenderRecord,
-    /// The sums of the samples that are taken.
+    /// The sums of the samples.
     pub film: Film,
-    /// What [`super::Rendering::state`] gave.
+    /// The [`super::Rendering::state`] of the integrator.
     pub state: IntegratorState,
 }
 
 impl RenderRecord {
-    /// All that the header of the image says.
+    /// All attributes in the header of the image.
     #[must_use]
     pub fn header(&self) -> Vec<(String, String)> {
         let ResourceUse { seconds, core_seconds, peak_bytes } = self.cost;
@@ -184,7 +184,7 @@ impl RenderRecord {
         self.attributes.iter().cloned().chain(measured.map(|(name, value)| (name.to_owned(), value))).collect()
     }
 
-    /// The samples before its goal that are not taken; without a goal, before the last that is.
+    /// The samples before the goal that were not taken; without a goal, those before the last sample that was taken.
     #[must_use]
     pub fn missing(&self) -> Vec<std::ops::Range<u32>> {
         let end = self.goal.or_else(|| self.taken.last().map(|range| range.end)).unwrap_or(0);
@@ -194,18 +194,18 @@ impl RenderRecord {
     /// Checks that no sample is missing.
     ///
     /// # Errors
-    /// If one is; the error names all that are.
+    /// If a sample is missing. The error names all missing samples.
     pub fn check_complete(&self) -> Result<(), MissingSamples> {
         let (missing, goal) = (self.missing(), self.goal);
         if missing.is_empty() { Ok(()) } else { Err(MissingSamples { missing, goal }) }
     }
 }
 
-/// Samples that a render is to have and has not.
+/// The samples that a render lacks.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("{}{} are missing", in_words(missing), goal.map_or(String::new(), |goal| format!(" of {goal}")))]
 pub struct MissingSamples {
-    /// Which samples of each pixel.
+    /// The missing samples of each pixel.
     pub missing: Vec<std::ops::Range<u32>>,
     /// Samples of each pixel in all, if the number is known.
     pub goal: Option<u32>,
@@ -215,13 +215,13 @@ pub struct MissingSamples {
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum MergeError {
-    /// They are of different renders; the text says what differs.
+    /// The checkpoints belong to different renders; the text says what differs.
     #[error("is of {0}")]
     OtherRender(String),
-    /// Both have some samples.
-    #[error("has samples that are there already: it has {0}")]
+    /// Both checkpoints have some of the same samples.
+    #[error("has samples that were already added: {0}")]
     Overlap(String),
-    /// The samples of the integrator follow from one another.
+    /// Each sample of the integrator depends on those before.
     #[error("is of an integrator whose samples depend on those before, so they cannot be rendered in parts")]
     DependentSamples,
 }
@@ -230,7 +230,8 @@ impl Checkpoint {
     /// Adds the samples of another checkpoint of the same render.
     ///
     /// # Errors
-    /// If it is of another one, has samples that are here already, or cannot be taken apart.
+    /// If the other checkpoint belongs to another render, has samples that this one has too, or its samples depend on
+    /// each other.
     pub fn add(&mut self, other: Self) -> Result<(), MergeError> {
         if let Some(difference) = self.record.identity.difference(&other.record.identity) {
             return Err(MergeError::OtherRender(difference));

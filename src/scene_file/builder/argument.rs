@@ -28,7 +28,7 @@ pub(super) enum Content {
     Value(Value),
     Object(Box<ObjectBuilder>),
     Reference(String),
-    /// What was given has no value.
+    /// The given value is invalid.
     Invalid(ParseFault),
 }
 
@@ -41,14 +41,14 @@ pub fn rgb(red: f64, green: f64, blue: f64) -> Argument {
 
 impl From<Value> for Argument {
     /// # Panics
-    /// If it is a [`Value::Object`], whose number belongs to another document.
+    /// If the value is a [`Value::Object`], whose number belongs to another document.
     fn from(value: Value) -> Self {
         assert!(!matches!(value, Value::Object(_)), "an object of another document is given as a parameter");
         Self(Content::Value(value))
     }
 }
 
-/// Types that are one variant of a value.
+/// Implements `From` for the types that are one variant of [`Value`].
 macro_rules! from {
     ($($Type:ty => $value:expr),* $(,)?) => {
         $(impl From<$Type> for Argument {
@@ -110,7 +110,7 @@ impl From<Reference> for Argument {
     }
 }
 
-/// Refuses the values that a scene file could not hold.
+/// Rejects values that a scene file could not hold.
 pub(super) fn checked(value: Value) -> Result<Value, ParseFault> {
     let not_finite = |what: String| Err(ParseFault::new(format!("{what} is not finite")).hint("give finite numbers"));
     match value {

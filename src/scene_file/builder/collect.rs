@@ -30,7 +30,7 @@ impl Collector {
         self.faults.or(Document { objects, root: ObjectId(0), files: Vec::new() })
     }
 
-    /// Adds an object with all that stands in it. Messages call it by the label.
+    /// Adds an object with its parameters and children. Messages call it by the label.
     fn object(&mut self, object: ObjectBuilder, label: &Arc<str>) -> ObjectId {
         let number = ObjectId(self.drafts.len());
         let place = object.place.for_object(label);
@@ -54,7 +54,7 @@ impl Collector {
         number
     }
 
-    /// A property; `child` is what messages call the object that it is.
+    /// Adds a property. If it is an object, messages call it `child`.
     fn property(
         &mut self,
         entry: Entry,
@@ -71,7 +71,7 @@ impl Collector {
         }
     }
 
-    /// The value of a property, and the place of the object that it is.
+    /// The value of a property, and the place of the child object if it is one.
     fn value(
         &mut self,
         content: Content,
@@ -124,8 +124,8 @@ impl Names {
     }
 }
 
-/// What messages call the objects among some entries. Objects without an id are counted from 1 among those of their
-/// category, if there are several.
+/// The labels of the objects among some entries, for messages. Objects without an id are counted from 1 among the
+/// objects of their category if there are several.
 fn labels(entries: &[Entry], outer: Option<&Arc<str>>) -> Vec<Option<Arc<str>>> {
     let object = |entry: &Entry| match &entry.argument.0 {
         Content::Object(object) => Some(object.category),

@@ -38,8 +38,8 @@
 //! # Ok::<(), SceneError>(())
 //! ```
 //!
-//! [`ObjectBuilder::build`] reports what no plugin has to be known for: names that are given twice, references to ids
-//! that no object has, transforms that flatten space, numbers that are not finite.
+//! [`ObjectBuilder::build`] reports faults that do not depend on a plugin: names that are given twice, references to
+//! ids that no object has, transforms that flatten space, numbers that are not finite.
 //! [`Renderer::new`](crate::render::Renderer::new) reports unknown plugins and parameters, wrong types and ranges.
 
 mod argument;
@@ -73,7 +73,7 @@ struct Entry {
     place: SourceLocation,
 }
 
-/// A reference to the object with an id, wherever in the scene it stands.
+/// A reference to the object with an id, anywhere in the scene.
 #[derive(Clone, Debug)]
 pub struct Reference(String);
 
@@ -196,12 +196,13 @@ impl ObjectBuilder {
     /// The document with this object as its root. File names in it start from the current folder.
     ///
     /// # Errors
-    /// All faults that can be found without knowing the plugins, in the order of the objects, those of references last.
+    /// All faults that can be found without knowing the plugins, in the order of the objects; faults of references come
+    /// last.
     pub fn build(self) -> Result<Document, SceneError> {
         self.build_in("")
     }
 
-    /// The same with file names that start from a folder.
+    /// As [`ObjectBuilder::build`], but file names in the scene are relative to a folder.
     ///
     /// # Errors
     /// As [`ObjectBuilder::build`].
@@ -210,7 +211,7 @@ impl ObjectBuilder {
     }
 }
 
-/// The line of code that called the function that calls this.
+/// The line of code that called the function that calls `here`.
 #[track_caller]
 fn here() -> SourceLocation {
     let caller = Location::caller();

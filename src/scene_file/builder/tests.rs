@@ -55,7 +55,7 @@ fn built() -> ObjectBuilder {
         .children([ball, shape("rectangle").child(wood).child(lamp)])
 }
 
-/// All of an object but its place.
+/// All of an object except its place.
 fn content(object: &Object) -> (Category, &str, Option<&str>, Vec<(&str, &Value)>) {
     let properties = object.properties.iter().map(|Property { name, value, .. }| (name.as_str(), value)).collect();
     (object.category, &object.plugin, object.id.as_deref(), properties)

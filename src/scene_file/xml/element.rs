@@ -11,7 +11,7 @@ use crate::scene_file::fault::{Faults, ParseFault};
 pub(super) struct Element<'a> {
     pub(super) tag: &'a str,
     pub(super) place: SourceLocation,
-    /// False once a fault of its attributes was reported: what they say is then not looked at.
+    /// False once a fault of the attributes was reported; their values are then not read.
     pub(super) sound: bool,
     attributes: Vec<Attribute<'a>>,
 }
@@ -23,7 +23,7 @@ struct Attribute<'a> {
 }
 
 impl<'a> Element<'a> {
-    /// Substitutes parameters in every attribute but `version`, which decides how to read the rest.
+    /// Substitutes parameters in every attribute except `version`, which determines how the rest is read.
     pub(super) fn new(
         node: Node<'a, '_>,
         source: &SourceText<'_>,
@@ -45,7 +45,7 @@ impl<'a> Element<'a> {
         element
     }
 
-    /// Reports attributes that are not allowed, and those that are missing.
+    /// Reports attributes that are not allowed, and required ones that are missing.
     pub(super) fn check(&mut self, source: &SourceText<'_>, required: &[&str], optional: &[&str], faults: &mut Faults) {
         let allowed = || required.iter().chain(optional).copied();
         for attribute in &self.attributes {
@@ -79,18 +79,18 @@ impl<'a> Element<'a> {
         self.attributes.iter().find(|attribute| attribute.name == name).map(|attribute| &*attribute.value)
     }
 
-    /// Whether an attribute's text comes from parameters.
+    /// Whether the text of an attribute contains a substituted parameter.
     pub(super) fn is_substituted(&self, name: &str) -> bool {
         let is_it = |attribute: &Attribute<'_>| attribute.name == name && matches!(attribute.value, Cow::Owned(_));
         self.attributes.iter().any(is_it)
     }
 
-    /// An attribute that [`Element::check`] has asked for.
+    /// An attribute that [`Element::check`] required.
     pub(super) fn required(&self, name: &str) -> &str {
         self.get(name).unwrap_or_default()
     }
 
-    /// Where a fault stands: at its attribute, or else at the element.
+    /// The place of a fault: its attribute, or else the element.
     pub(super) fn place_of(&self, fault: &ParseFault, source: &SourceText<'_>) -> SourceLocation {
         let attribute = self.attributes.iter().find(|attribute| Some(attribute.name) == fault.attribute);
         attribute.map_or_else(|| self.place.clone(), |attribute| source.place(attribute.offset))

@@ -1,17 +1,18 @@
 use super::limit;
 use crate::scene_file::fault::ParseFault;
 
-/// What a text may still hold.
+/// The numbers of elements and levels that a text may still have.
 #[derive(Clone, Copy)]
 pub(super) struct Limits {
     pub(super) elements: usize,
     pub(super) nesting: usize,
 }
 
-/// Looks over a text before the XML parser makes a tree of it, and counts its elements.
+/// Scans a text before the XML parser builds a tree from it, and counts its elements.
 ///
-/// It refuses what would take much memory or stack, and what scene files do not use (document types, namespaces). At
-/// the first thing that is no XML it gives up without a fault, for the parser will end there too and say it better.
+/// It rejects text that would take much memory or stack, and features that scene files do not use (document types,
+/// namespaces). At the first syntax error it stops without a fault: the parser will stop there too, and has the better
+/// message.
 pub(super) fn check(text: &str, room: Limits) -> Result<usize, (usize, ParseFault)> {
     let mut guard = Guard { text, at: 0, room, elements: 0, pieces: 0, open: Vec::new() };
     while guard.markup()?.is_some() {}
@@ -32,11 +33,11 @@ struct Guard<'t> {
     open: Vec<(usize, &'t str)>,
 }
 
-/// Whether to go on.
+/// None stops the scan.
 type Step = Result<Option<()>, (usize, ParseFault)>;
 
 impl<'t> Guard<'t> {
-    /// Passes over text up to the next markup, and over that.
+    /// Skips text up to the next markup, and the markup.
     fn markup(&mut self) -> Step {
         let Some(skipped) = self.rest().find('<') else {
             self.at = self.text.len();
@@ -66,7 +67,7 @@ impl<'t> Guard<'t> {
         }
     }
 
-    /// Passes over something that ends with a fixed text.
+    /// Skips markup that ends with a fixed text.
     fn skip(&mut self, start: usize, opening: &str, closing: &str, what: &str) -> Step {
         let inside = start + opening.len();
         match self.text[inside..].find(closing) {
@@ -81,7 +82,7 @@ impl<'t> Guard<'t> {
         }
     }
 
-    /// Passes over an opening tag.
+    /// Skips an opening tag.
     fn tag(&mut self, start: usize) -> Step {
         self.at = start + 1;
         let tag = self.word();
@@ -124,7 +125,7 @@ impl<'t> Guard<'t> {
         Ok(None)
     }
 
-    /// Passes over `= "..."`.
+    /// Skips `= "..."`.
     fn quoted(&mut self) -> bool {
         self.blanks();
         if !self.eat('=') {
@@ -169,7 +170,7 @@ impl<'t> Guard<'t> {
         self.at += rest.len() - rest.trim_start_matches([' ', '\t', '\r', '\n']).len();
     }
 
-    /// What stands up to a blank or a sign of markup.
+    /// The text up to the next blank or markup character.
     fn word(&mut self) -> &'t str {
         let rest = self.rest();
         let length = rest.find([' ', '\t', '\r', '\n', '/', '>', '=', '"', '\'', '<']).unwrap_or(rest.len());

@@ -14,7 +14,7 @@ use super::{
 use crate::scene_file::fault::ParseFault;
 
 impl Reader {
-    /// Adds a folder where files are looked for.
+    /// Adds a search folder for files.
     pub(super) fn path(&mut self, file: &File<'_>, element: &mut Element<'_>, spot: Spot) {
         element.check(file.source, &["value"], &[], &mut self.faults);
         if !element.sound {
@@ -36,7 +36,7 @@ impl Reader {
         self.fault(file, element, fault);
     }
 
-    /// Makes the file names of plugins point into the `<path>`s, the last of which is looked into first.
+    /// Resolves the file names of plugins against the `<path>`s, the last of which is searched first.
     pub(super) fn apply_paths(&mut self) {
         if self.paths.is_empty() {
             return;
@@ -54,7 +54,7 @@ impl Reader {
         }
     }
 
-    /// Reads another file as if it stood here.
+    /// Reads another file as if its content were written here.
     pub(super) fn include(
         &mut self,
         file: &File<'_>,
@@ -99,7 +99,7 @@ impl Reader {
         self.open.pop();
     }
 
-    /// Finds an included file; refuses cycles and too many of them.
+    /// Finds an included file; rejects cycles and too many includes.
     fn open_include(&mut self, filename: &str) -> Result<(PathBuf, PathBuf), ParseFault> {
         self.includes += 1;
         if self.includes > limit::INCLUDES {

@@ -1,39 +1,40 @@
-//! Reads Mitsuba 3's scene XML into a [`Document`]: typed objects with typed properties, references resolved.
-//! Nothing in here knows a shape from a light.
+//! Reads Mitsuba 3's scene XML into a [`Document`]: typed objects with typed properties, references resolved. This
+//! module does not depend on any plugin.
 //!
-//! The steps, one file each: `source` reads a file within limits and turns offsets into places; `guard` refuses
-//! hostile text before a tree is made of it; `params` substitutes `$name`; `element` checks attributes; `values` and
-//! `transform` read what they say; `reader` walks the tree, `property` takes its values and `include` its other files;
-//! `upgrade` renames the properties of files older than 2.0.0; `refs` resolves `<ref>` at the end, so that references
-//! to what stands later work.
+//! The steps, one file each: `source` reads a file within limits and turns offsets into places. `guard` rejects hostile
+//! text before a tree is built from it. `params` substitutes `$name`. `element` checks attributes; `values` and
+//! `transform` parse them. `reader` walks the tree; `property` reads values, and `include` reads included files.
+//! `upgrade` renames the properties of files older than 2.0.0. `refs` resolves `<ref>` at the end, so that an object
+//! may be defined after the references to it.
 //!
 //! # Where this reader differs from Mitsuba 3
 //!
-//! A scene that is read here means the same in Mitsuba 3. The reverse holds but for these, which Mitsuba (3.9.1) takes
-//! and gives a meaning that its writer cannot have wanted; each is an error here:
+//! A scene that étendue reads means the same in Mitsuba 3. The reverse holds except for the following cases. Mitsuba
+//! (3.9.1) accepts them with a meaning that their author cannot have wanted; each is an error here:
 //!
-//! - `<rotate>` with an axis that is not a unit vector: Mitsuba does not normalise it and shears. A length of 1 to
-//!   within 1e-5 is taken for 1, so four digits do.
-//! - A child object with the name of an earlier property: Mitsuba forgets the earlier one.
-//! - What stands directly in an included `<scene>` and is not an object: Mitsuba forgets properties and `<ref>`s there;
-//!   it also forgets the `name` of an included root and of an `<include>` of a scene.
-//! - `<path>` in an included file: Mitsuba has forgotten it when it opens the files that plugins name.
-//! - A parameter's value with a `$` in it or a `\` at its end: Mitsuba substitutes again, shorter names only.
-//! - Transforms that are singular or not finite, and a `<matrix>` whose last row is not `0 0 0 1` (which Mitsuba does
-//!   not look at); elements inside `<translate>` and the like (ignored).
-//! - Numbers that are empty (0 in Mitsuba), `nan`, or too large for a double (infinity in Mitsuba). `inf` is a
-//!   `<float>`, but no coordinate or colour.
+//! - `<rotate>` with an axis that is not a unit vector: Mitsuba does not normalise the axis, and shears. A length
+//!   within 1e-5 of 1 is accepted as 1, so four digits are enough.
+//! - A child object with the name of an earlier property: Mitsuba ignores the earlier one.
+//! - Direct children of an included `<scene>` that are not objects: Mitsuba ignores properties and `<ref>`s there. It
+//!   also ignores the `name` of an included root and of an `<include>` of a scene.
+//! - `<path>` in an included file: Mitsuba ignores it when it opens the files that plugins name.
+//! - A parameter value that contains `$` or ends with `\`: Mitsuba substitutes again, but only shorter names.
+//! - Transforms that are singular or not finite; a `<matrix>` whose last row is not `0 0 0 1` (which Mitsuba ignores);
+//!   elements inside `<translate>` and the other operations (which Mitsuba ignores).
+//! - Numbers that are empty (0 in Mitsuba), `nan`, or too large for a double (infinity in Mitsuba). `inf` is a valid
+//!   `<float>`, but not a valid coordinate or colour.
 //! - `<scene>` inside a scene, a root object without a `type`, a property without a name, versions like `3.0.0a`.
 //! - In files older than 2.0.0, `toWorld` beside `to_world` (Mitsuba keeps the old name and ignores it later).
-//! - `up` within 1e-9 of the direction of a `<lookat>`, where rounding alone would choose the roll.
-//! - A document type declaration, a second root element, and whatever exceeds the limits of this module.
+//! - `up` within 1e-9 of the direction of a `<lookat>`, where rounding alone would determine the roll.
+//! - A document type declaration, a second root element, and anything that exceeds the limits of this module.
 //!
-//! More is allowed in three cases: an `<alias>` in an included file sees the ids of the including file, an `<integer>`
-//! may stand where a `<float>` is wanted, and a `$parameter` that stands for an integer may be given as `1e5`.
+//! étendue accepts more than Mitsuba in three cases: an `<alias>` in an included file sees the ids of the including
+//! file, an `<integer>` is accepted where a `<float>` is expected, and a `$parameter` for an integer may be written as
+//! `1e5`.
 //!
-//! As in Mitsuba, an `<include>` is looked for beside the including file (then beside the files around it, then in
-//! each `<path>`, the last first), but the files that *plugins* name start from the folder of the *scene*, also when
-//! an included file names them. A `<path>` is honoured by rewriting `filename`: it comes before the scene's folder.
+//! As in Mitsuba, an `<include>` is searched beside the including file, then beside the files that include that one,
+//! then in each `<path>`, the last first. The files that *plugins* name are relative to the folder of the *scene*, also
+//! in an included file. A `<path>` is applied by rewriting `filename`: it is searched before the scene's folder.
 
 mod element;
 mod guard;
@@ -53,8 +54,8 @@ use std::path::Path;
 
 use crate::scene_file::{Document, SceneError};
 
-/// What a scene may take, all its files together. Far above any real scene, and low enough that a hostile one is
-/// refused before it takes memory or stack.
+/// Limits of a scene, over all its files together. They are far above any real scene, and low enough to reject a
+/// hostile one before it takes memory or stack.
 mod limit {
     /// Bytes of XML.
     pub(super) const BYTES: usize = 64 << 20;
@@ -62,32 +63,32 @@ mod limit {
     pub(super) const ELEMENTS: usize = 1_000_000;
     /// Attributes, comments and processing instructions in one file.
     pub(super) const PIECES: usize = 4_000_000;
-    /// Attributes of one element; no element has more than five.
+    /// Attributes of one element; valid elements have at most five.
     pub(super) const ATTRIBUTES: usize = 16;
-    /// Elements inside one another, through includes too; it bounds the stack.
+    /// Nesting depth of elements, through includes too; it bounds the stack.
     pub(super) const NESTING: usize = 100;
-    /// Objects inside one another through references; it bounds the stack of whoever builds them.
+    /// Nesting depth of objects through references; it bounds the stack of the code that builds them.
     pub(super) const LEVELS: usize = 200;
-    /// Files inside one another; Mitsuba's number.
+    /// Nesting depth of includes; the same as Mitsuba's.
     pub(super) const INCLUDE_DEPTH: usize = 15;
-    /// `<include>` elements in all, because each may double the next.
+    /// `<include>` elements in all: included files may include others, so that their number may double with each level.
     pub(super) const INCLUDES: usize = 1_000;
     /// Parameter substitutions.
     pub(super) const SUBSTITUTIONS: usize = 1_000_000;
-    /// Bytes that substitutions make.
+    /// Bytes of text that substitutions produce.
     pub(super) const SUBSTITUTED: usize = 64 << 20;
     /// Bytes of a parameter's name.
     pub(super) const PARAMETER_NAME: usize = 64;
 }
 
-/// Reads a scene file and all it includes.
+/// Reads a scene file and all files that it includes.
 ///
-/// `definitions` are the parameters of the command line, name and value; they come before the scene's `<default>`s,
-/// and one that the scene does not use is an error.
+/// `definitions` are the parameters of the command line, as names and values. They override the `<default>`s of the
+/// scene. A parameter that the scene does not use is an error.
 ///
 /// # Errors
 ///
-/// Every fault that was found, file by file in the order of their lines.
+/// All faults that were found, file by file in the order of their lines.
 pub fn read(path: &Path, definitions: &[(String, String)]) -> Result<Document, SceneError> {
     let name = path.display().to_string();
     let text = source::load(path, &name, limit::BYTES).map_err(|fault| SceneError(vec![fault]))?;
@@ -95,7 +96,7 @@ pub fn read(path: &Path, definitions: &[(String, String)]) -> Result<Document, S
     reader::document(&text, &name, folder, path.canonicalize().ok(), definitions)
 }
 
-/// The same from text; file names in it are relative to `folder`, and messages call it `name`.
+/// Reads a scene from text. File names in it are relative to `folder`, and messages call it `name`.
 ///
 /// # Errors
 ///
@@ -104,7 +105,7 @@ pub fn parse(text: &str, name: &str, folder: &Path, definitions: &[(String, Stri
     reader::document(text, name, folder, None, definitions)
 }
 
-/// A single element that needs no `version`, such as the examples of the manual pages.
+/// Reads a single element without a `version`, such as an example of a manual page.
 ///
 /// # Errors
 ///

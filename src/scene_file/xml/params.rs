@@ -7,8 +7,8 @@ use super::limit;
 use crate::scene_file::closest;
 use crate::scene_file::fault::ParseFault;
 
-/// The parameters of a scene, `$name` in its attributes. Whoever defines one first wins: the command line comes before
-/// every `<default>`.
+/// The parameters of a scene, `$name` in its attributes. The first definition wins; the command line comes before every
+/// `<default>`.
 pub(super) struct Parameters {
     values: HashMap<String, Parameter>,
     /// The lengths of all names, for the longest match.
@@ -23,7 +23,7 @@ struct Parameter {
 }
 
 impl Parameters {
-    /// Starts with those of the command line; the faults stand in no file.
+    /// Starts with the parameters of the command line. Their faults have no place in a file.
     pub(super) fn new(definitions: &[(String, String)]) -> Result<Self, ParseFault> {
         let mut parameters =
             Self { values: HashMap::new(), lengths: BTreeSet::new(), substitutions: 0, substituted: 0 };
@@ -35,15 +35,15 @@ impl Parameters {
         Ok(parameters)
     }
 
-    /// Defines a parameter unless it is defined already, and says whether it did.
+    /// Defines a parameter unless it is already defined. Returns whether it was defined now.
     pub(super) fn define(&mut self, name: &str, value: &str) -> Result<bool, ParseFault> {
         if name.is_empty() || name.len() > limit::PARAMETER_NAME || name.contains(['$', '\\']) {
             return Err(ParseFault::new(format!("\"{name}\" cannot be the name of a parameter"))
                 .hint(format!("a name has 1 to {} letters, digits or underscores", limit::PARAMETER_NAME))
                 .on("name"));
         }
-        // Mitsuba would substitute again in the value, but shorter names only, and a last backslash would escape what
-        // happens to follow.
+        // Mitsuba would substitute again in the value, but only shorter names, and a trailing backslash would escape
+        // the next character.
         if value.contains('$') || value.ends_with('\\') {
             return Err(ParseFault::new(format!("\"{value}\" cannot be the value of a parameter"))
                 .hint("it may not contain $ nor end in \\")
@@ -57,8 +57,8 @@ impl Parameters {
         Ok(true)
     }
 
-    /// Replaces each `$name` in a text by its value: the longest name that fits, so that `$ab` is not `$a` and `b`.
-    /// `\$` stands for a dollar sign.
+    /// Replaces each `$name` in a text by its value. The longest matching name wins, so that `$ab` is not `$a` and `b`.
+    /// `\$` is a dollar sign.
     pub(super) fn substitute<'a>(&mut self, text: &'a str) -> Result<Cow<'a, str>, ParseFault> {
         let mut pieces = text.split('$');
         let Some(first) = pieces.next().filter(|first| first.len() < text.len()) else {
@@ -80,7 +80,7 @@ impl Parameters {
         Ok(Cow::Owned(result))
     }
 
-    /// Those of the command line that were not used, as they were given.
+    /// The parameters of the command line that were not used, as they were given.
     pub(super) fn unused<'a>(
         &'a self,
         definitions: &'a [(String, String)],
@@ -88,12 +88,12 @@ impl Parameters {
         definitions.iter().filter(|(name, _)| !self.values.get(name).is_some_and(|parameter| parameter.used))
     }
 
-    /// Another name that was probably meant.
+    /// A defined name that was probably meant.
     pub(super) fn near(&self, name: &str) -> Option<&str> {
         closest(name, self.values.keys().map(String::as_str).filter(|other| *other != name))
     }
 
-    /// What a message says about the names that are defined.
+    /// A list of the defined names, for messages.
     fn known(&self) -> Option<String> {
         let mut names: Vec<_> = self.values.keys().map(|name| format!("${name}")).collect();
         names.sort();
@@ -101,7 +101,7 @@ impl Parameters {
         (!names.is_empty()).then(|| names.join(", "))
     }
 
-    /// The length of the longest name that a text begins with.
+    /// The length of the longest defined name that the text begins with.
     fn longest(&self, text: &str) -> Option<usize> {
         self.lengths
             .iter()
@@ -116,7 +116,7 @@ impl Parameters {
         self.substitutions += 1;
         self.substituted += parameter.value.len();
         if self.substitutions > limit::SUBSTITUTIONS || self.substituted > limit::SUBSTITUTED {
-            return Err(ParseFault::new("the parameters make too much text"));
+            return Err(ParseFault::new("the parameters expand to too much text"));
         }
         result.push_str(&parameter.value);
         Ok(())

@@ -31,7 +31,7 @@ impl Reader {
         }
     }
 
-    /// Reads a transform: each operation goes to the left of those before it.
+    /// Reads a transform. Each operation is multiplied from the left.
     pub(super) fn transform(
         &mut self,
         file: &File<'_>,
@@ -48,7 +48,7 @@ impl Reader {
             let operation = self.operation(file, child);
             whole = whole.zip(operation).map(|(before, operation)| operation * before);
         }
-        // A fault of an operation is reported already.
+        // A fault of an operation is already reported.
         let Some(whole) = whole.filter(|_| element.sound) else { return };
         match regular(whole) {
             Ok(whole) => self.named(file, &element, parent, DraftValue::Ready(Value::Transform(whole))),
@@ -77,7 +77,7 @@ impl Reader {
     }
 }
 
-/// What a value other than a transform says.
+/// The value of an element other than a transform.
 fn value(element: &Element<'_>) -> Result<Value, ParseFault> {
     let text = element.required("value");
     let value = match element.tag {

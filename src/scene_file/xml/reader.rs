@@ -27,7 +27,7 @@ const PROPERTIES: [&str; 9] =
 /// The elements that are neither objects nor values.
 const OTHERS: [&str; 5] = ["ref", "default", "include", "alias", "path"];
 
-/// Reads the scene's text and all that it includes.
+/// Reads the scene's text and all files that it includes.
 pub(super) fn document(
     text: &str,
     name: &str,
@@ -57,18 +57,18 @@ pub(super) fn document(
     reader.finish(definitions)
 }
 
-/// What has been read so far.
+/// The state of the reading.
 pub(super) struct Reader {
     pub(super) parameters: Parameters,
     pub(super) faults: Faults,
-    /// False once a part was not looked into, so that what is missing may stand there.
+    /// False once a part was skipped, which may contain what seems to be missing.
     pub(super) complete: bool,
     pub(super) bytes: usize,
     elements: usize,
     pub(super) includes: usize,
     pub(super) drafts: Vec<DraftObject>,
     ids: Ids,
-    /// The scene's folder, where the file names of plugins start.
+    /// The scene's folder, which the file names of plugins are relative to.
     pub(super) folder: Arc<PathBuf>,
     /// The `<path>`s, relative to that folder.
     pub(super) paths: Vec<PathBuf>,
@@ -82,20 +82,20 @@ pub(super) struct OpenFile {
     pub(super) folder: PathBuf,
 }
 
-/// Where a file stands.
+/// The surroundings of a file.
 pub(super) struct Outer<'p> {
-    /// The object around its `<include>`; none around the scene file.
+    /// The object around its `<include>`; None for the scene file.
     pub(super) parent: Option<&'p mut Parent>,
     /// The `name` of the `<include>`.
     pub(super) name: Option<&'p str>,
-    /// How many elements are around it.
+    /// The number of elements around it.
     pub(super) nesting: usize,
 }
 
-/// What the elements of a file need to know about it.
+/// The properties of a file that its elements need.
 pub(super) struct File<'t> {
     pub(super) source: &'t SourceText<'t>,
-    /// Older than version 2.0.0.
+    /// Whether the file is older than version 2.0.0.
     old: bool,
     pub(super) included: bool,
     pub(super) nesting: usize,
@@ -105,14 +105,14 @@ pub(super) struct File<'t> {
 pub(super) struct Parent {
     object: ObjectId,
     plugin: String,
-    /// Of a file older than version 2.0.0.
+    /// Whether its file is older than version 2.0.0.
     old: bool,
-    /// How many children without a name it has.
+    /// The number of its children without a name.
     unnamed: usize,
     names: HashMap<String, SourceLocation>,
 }
 
-/// Where an element stands.
+/// The position of an element in its file.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Spot {
     /// In the outermost object of its file.
@@ -127,7 +127,8 @@ impl Reader {
     fn finish(mut self, definitions: &[(String, String)]) -> Result<Document, SceneError> {
         self.apply_paths();
         let mut objects = Vec::new();
-        // What is missing may stand in a part that was not looked into, so only a complete reading says so.
+        // A parameter may be used in a part that was skipped, so it is reported as unused only after a complete
+        // reading.
         if self.complete && !self.faults.stopped() {
             objects = refs::resolve(std::mem::take(&mut self.drafts), &self.ids, &self.folder, &mut self.faults);
         }
@@ -145,7 +146,7 @@ impl Reader {
         document.map_err(|error| error.in_order(&files))
     }
 
-    /// Reads a file, whose root becomes an object or, for an included scene, gives its objects to the one around it.
+    /// Reads a file. Its root becomes an object; an included scene adds its objects to the surrounding object.
     pub(super) fn file(&mut self, source: &SourceText<'_>, outer: Outer<'_>) {
         let room = Limits { elements: limit::ELEMENTS - self.elements, nesting: limit::NESTING - outer.nesting };
         match guard::check(source.text, room) {
@@ -178,7 +179,7 @@ impl Reader {
         let old = self.version(&element, source);
         let file = File { source, old, included, nesting: outer.nesting };
         if included && element.has("name") {
-            let fault = ParseFault::new("the name of an included object is not looked at").on("name");
+            let fault = ParseFault::new("the name of an included object has no effect").on("name");
             self.fault(&file, &element, fault.hint("give the name to the <include>"));
         }
         match outer.parent {
@@ -209,7 +210,7 @@ impl Reader {
         }
     }
 
-    /// Reads an object with all that stands in it, and adds it to the one around it under a name.
+    /// Reads an object with its content, and adds it to the surrounding object under a name.
     fn object(
         &mut self,
         file: &File<'_>,
@@ -260,7 +261,7 @@ impl Reader {
         }
     }
 
-    /// Reads an element that stands in an object.
+    /// Reads a child element of an object.
     fn child(&mut self, file: &File<'_>, node: Node<'_, '_>, parent: &mut Parent, spot: Spot) {
         let mut element = Element::new(node, file.source, &mut self.parameters, &mut self.faults);
         let tag = element.tag;
@@ -291,7 +292,7 @@ impl Reader {
         self.childless(file, node);
     }
 
-    /// Reports elements where none can stand.
+    /// Reports child elements of an element that cannot have any.
     pub(super) fn childless(&mut self, file: &File<'_>, node: Node<'_, '_>) {
         for child in node.children().filter(Node::is_element) {
             let what = format!("<{}> cannot stand inside <{}>", child.tag_name().name(), node.tag_name().name());
@@ -327,7 +328,7 @@ impl Reader {
         }
     }
 
-    /// Defines a parameter for what follows, unless it is defined already.
+    /// Defines a parameter for the rest of the scene, unless it is already defined.
     fn default(&mut self, file: &File<'_>, element: &mut Element<'_>) {
         element.check(file.source, &["name", "value"], &[], &mut self.faults);
         if !element.sound {
@@ -338,7 +339,7 @@ impl Reader {
         }
     }
 
-    /// Gives a second id to an object that stands above.
+    /// Adds a second id to an object that was defined before.
     fn alias(&mut self, file: &File<'_>, element: &mut Element<'_>) {
         element.check(file.source, &["id", "as"], &[], &mut self.faults);
         if !element.sound {

@@ -5,7 +5,7 @@ use crate::scene_file::{Category, Object, ObjectId, Property, SourceLocation, Va
 use super::limit;
 use crate::scene_file::fault::{Faults, ParseFault};
 
-/// An object whose references are not resolved yet.
+/// An object whose references are not yet resolved.
 pub(in crate::scene_file) struct DraftObject {
     pub(in crate::scene_file) category: Category,
     pub(in crate::scene_file) plugin: String,
@@ -14,7 +14,7 @@ pub(in crate::scene_file) struct DraftObject {
     pub(in crate::scene_file) properties: Vec<Draft>,
 }
 
-/// A property whose reference, if it is one, is not resolved yet.
+/// A property whose reference, if it is one, is not yet resolved.
 pub(in crate::scene_file) struct Draft {
     pub(in crate::scene_file) name: String,
     pub(in crate::scene_file) value: DraftValue,
@@ -26,12 +26,12 @@ pub(in crate::scene_file) enum DraftValue {
     Ref(String),
 }
 
-/// The objects that have an id, and where they got it.
+/// The ids with their objects and the places where they were given.
 #[derive(Default)]
 pub(in crate::scene_file) struct Ids(HashMap<String, (ObjectId, SourceLocation)>);
 
 impl Ids {
-    /// Gives an id to an object, unless it is taken.
+    /// Gives an id to an object, unless another object has it.
     pub(in crate::scene_file) fn add(
         &mut self,
         id: &str,
@@ -49,7 +49,7 @@ impl Ids {
         self.0.get(id).map(|(object, _)| *object)
     }
 
-    /// What a message says about an id that does not exist.
+    /// The hint after an unknown id.
     pub(in crate::scene_file) fn hint(&self, id: &str) -> String {
         match closest(id, self.0.keys().map(String::as_str)) {
             Some(near) => format!("did you mean \"{near}\"?"),
@@ -58,7 +58,7 @@ impl Ids {
     }
 }
 
-/// Resolves the references, and refuses cycles.
+/// Resolves the references, and rejects cycles.
 pub(in crate::scene_file) fn resolve(
     drafts: Vec<DraftObject>,
     ids: &Ids,
@@ -93,18 +93,18 @@ pub(in crate::scene_file) fn resolve(
     objects
 }
 
-/// What is known of an object while cycles are looked for.
+/// The state of an object in the search for cycles.
 #[derive(Clone, Copy, PartialEq)]
 enum Mark {
     New,
-    /// It is on the path from where the search started.
+    /// The object is on the current path of the search.
     Open,
-    /// It is not part of a cycle, and contains this number of levels of objects.
+    /// The object is not part of a cycle, and contains this number of levels of objects.
     Done(usize),
 }
 
-/// Walks from every object to those it refers to, with a stack of its own: hostile chains of references are as long as
-/// the file.
+/// Walks from every object to the objects that it refers to. It uses an explicit stack, because hostile chains of
+/// references are as long as the file.
 fn check_cycles(objects: &[Object], faults: &mut Faults) {
     let mut marks = vec![Mark::New; objects.len()];
     for start in 0..objects.len() {
@@ -123,8 +123,8 @@ fn check_cycles(objects: &[Object], faults: &mut Faults) {
                     *above = levels.max(*above);
                 }
                 if levels > limit::LEVELS {
-                    let what = format!("objects stand in one another through more than {} levels", limit::LEVELS);
-                    faults.push(&objects[object].place, ParseFault::new(what).hint("refer less deep"));
+                    let what = format!("objects are nested through references more than {} levels deep", limit::LEVELS);
+                    faults.push(&objects[object].place, ParseFault::new(what).hint("use fewer levels"));
                     return;
                 }
                 continue;

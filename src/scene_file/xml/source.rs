@@ -41,8 +41,8 @@ pub(super) fn too_large(name: &str) -> Diagnostic {
 pub(super) struct SourceText<'t> {
     pub(super) text: &'t str,
     pub(super) name: Arc<str>,
-    /// The place asked for last: offset, line, column. Places are mostly asked for in document order, so going on from
-    /// here makes all of them together linear in the text, however long its lines are.
+    /// The place returned last: offset, line, column. Places are mostly requested in document order. Continuing from
+    /// the last one makes all requests together linear in the length of the text, even with long lines.
     last: Cell<(usize, u32, u32)>,
 }
 
@@ -53,7 +53,7 @@ impl<'t> SourceText<'t> {
         Self { text, name: name.into(), last: Cell::new((0, 1, 1)) }
     }
 
-    /// Where a byte stands.
+    /// The place of a byte offset.
     pub(super) fn place(&self, offset: usize) -> SourceLocation {
         let offset = offset.min(self.text.len());
         let (mut from, mut line, mut column) = self.last.get();
@@ -64,7 +64,7 @@ impl<'t> SourceText<'t> {
             if *byte == b'\n' {
                 (line, column) = (line + 1, 1);
             } else if byte & 0xC0 != 0x80 {
-                // Bytes that continue a character do not count.
+                // Continuation bytes of a character do not count.
                 column += 1;
             }
         }
@@ -72,7 +72,7 @@ impl<'t> SourceText<'t> {
         SourceLocation::File { file: self.name.clone(), line, column }
     }
 
-    /// The text as a tree. [`super::guard::check`] has to come before.
+    /// The text as a tree. The caller must run [`super::guard::check`] first.
     pub(super) fn tree(&self) -> Result<roxmltree::Document<'t>, (SourceLocation, ParseFault)> {
         roxmltree::Document::parse(self.text).map_err(|error| syntax(&error, self))
     }

@@ -11,9 +11,9 @@ use crate::scene_file::fault::ParseFault;
 /// The elements that stand inside a `<transform>`.
 pub(super) const OPERATIONS: [&str; 5] = ["translate", "rotate", "scale", "lookat", "matrix"];
 
-/// How far from 1 the length of a rotation's axis may be. Mitsuba uses the axis as it stands, so this is also how far
-/// its transform and ours may differ, relative to the size of the object: a hundredth of a pixel in an image a
-/// thousand pixels wide. It admits axes written with four digits, such as 0.7071.
+/// The tolerance for the length of a rotation axis, which must be 1. Mitsuba does not normalise the axis, so this is
+/// also the largest difference between its transform and ours, relative to the size of the object: a hundredth of a
+/// pixel in an image a thousand pixels wide. Axes written with four digits, such as 0.7071, are within it.
 pub(super) const UNIT: f64 = 1e-5;
 
 /// The attributes of an operation, required ones first.
@@ -26,7 +26,7 @@ pub(super) fn attributes(operation: &str) -> (&'static [&'static str], &'static 
     }
 }
 
-/// The map of one operation, which goes to the left of those before it.
+/// The map of one operation, which is multiplied from the left.
 pub(super) fn operation(element: &Element<'_>) -> Result<DAffine3, ParseFault> {
     match element.tag {
         "translate" => Ok(DAffine3::from_translation(coordinates(element, 0.0)?)),
@@ -54,7 +54,7 @@ fn rotate(element: &Element<'_>) -> Result<DAffine3, ParseFault> {
 fn lookat(element: &Element<'_>) -> Result<DAffine3, ParseFault> {
     let read = |name| triple(element.required(name)).map_err(|fault| fault.on(name));
     let (origin, target) = (read("origin")?, read("target")?);
-    // An empty `up` is one that is not given.
+    // An empty `up` counts as absent.
     let up = if element.required("up").is_empty() { DVec3::ZERO } else { read("up")? };
     look_at(origin, target, up)
 }
@@ -67,7 +67,7 @@ fn matrix(element: &Element<'_>) -> Result<DAffine3, ParseFault> {
         9 => (3, DVec3::ZERO),
         n => return Err(ParseFault::new(format!("a matrix has 9 or 16 numbers, got {n}")).on("value")),
     };
-    // Mitsuba does not look at the last row, so anything else here would not mean what it says.
+    // Mitsuba ignores the last row, so any other values would have no effect there.
     if rows == 4 && m[12..] != [0.0, 0.0, 0.0, 1.0] {
         return Err(ParseFault::new("the last row of the matrix is not 0 0 0 1")
             .hint("transforms are affine; numbers go row by row, the translation is the last column")

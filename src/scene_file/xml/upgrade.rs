@@ -10,13 +10,14 @@ use crate::scene_file::{SourceLocation, Value, transform::regular};
 use super::refs::{Draft, DraftValue};
 use crate::scene_file::fault::ParseFault;
 
-/// What a property of an old file is called now, in a plugin.
+/// The current name of a property of an old file, in a plugin.
 pub(super) fn rename<'a>(plugin: &str, name: &'a str) -> Cow<'a, str> {
     let name = underscores(name);
     if plugin == "diffuse" && name == "diffuse_reflectance" { Cow::Borrowed("reflectance") } else { name }
 }
 
-/// `toWorld` is `to_world` and `intIOR` is `int_ior`; a name without a small letter before a capital stays.
+/// `toWorld` becomes `to_world` and `intIOR` becomes `int_ior`. A name without a lower-case letter before a capital is
+/// not changed.
 fn underscores(name: &str) -> Cow<'_, str> {
     let mut result = String::with_capacity(name.len() + 4);
     let (mut before, mut in_word) = (' ', false);
@@ -32,10 +33,11 @@ fn underscores(name: &str) -> Cow<'_, str> {
     if result == name { Cow::Borrowed(name) } else { Cow::Owned(result) }
 }
 
-/// The four numbers that placed an old texture.
+/// The four properties that placed an old texture.
 const UV: [&str; 4] = ["uoffset", "voffset", "uscale", "vscale"];
 
-/// Replaces those by `to_uv`, which scales what was moved, as Mitsuba 3 does (Mitsuba 0.6 moved what was scaled).
+/// Replaces the four properties by `to_uv`, which translates first and then scales, as Mitsuba 3 does. Mitsuba 0.6
+/// scaled first.
 pub(super) fn textures(properties: &mut Vec<Draft>) -> Result<(), (SourceLocation, ParseFault)> {
     let mut numbers = [0.0, 0.0, 1.0, 1.0];
     let mut place = None;

@@ -5,7 +5,7 @@ use crate::scene_file::{Spectrum, whole_number};
 use super::element::Element;
 use crate::scene_file::fault::ParseFault;
 
-/// What a message says about numbers.
+/// The hint for numbers.
 const NUMBER: &str = "write a number like 1, -0.5 or 2e-3";
 
 /// A `<float>`: blanks around it, a sign, an exponent and `inf` are allowed.
@@ -15,7 +15,7 @@ pub(super) fn float(text: &str) -> Result<f64, ParseFault> {
     if number.is_nan() {
         return Err(bad());
     }
-    // Digits that make an infinity are a slip, the word is a wish.
+    // Digits that overflow to infinity are an error; the word `inf` is accepted.
     if number.is_infinite() && text.bytes().any(|byte| byte.is_ascii_digit()) {
         return Err(ParseFault::new(format!("\"{text}\" is too large for a double")).hint("write inf for infinity"));
     }
@@ -51,7 +51,7 @@ pub(super) fn boolean(text: &str) -> Result<bool, ParseFault> {
     }
 }
 
-/// The items of a list. As in Mitsuba, commas and blanks separate, however many of them.
+/// The items of a list. As in Mitsuba, any number of commas and blanks separates them.
 pub(super) fn list(text: &str) -> impl Iterator<Item = &str> {
     text.split(|c: char| c == ',' || c.is_ascii_whitespace()).filter(|item| !item.is_empty())
 }
@@ -86,8 +86,8 @@ pub(super) fn triple(text: &str) -> Result<DVec3, ParseFault> {
 /// The attributes that [`coordinates`] reads.
 pub(super) const COORDINATES: [&str; 4] = ["value", "x", "y", "z"];
 
-/// Three numbers in the attributes `x`, `y`, `z`, of which missing ones have a preset, or in `value`, which holds 3
-/// or 1 for all.
+/// Three numbers, in the attributes `x`, `y`, `z`, each of which has a default, or in `value`, which has three numbers
+/// or one for all.
 pub(super) fn coordinates(element: &Element<'_>, default: f64) -> Result<DVec3, ParseFault> {
     let axes = ["x", "y", "z"];
     let Some(value) = element.get("value") else {
@@ -112,7 +112,7 @@ pub(super) fn coordinates(element: &Element<'_>, default: f64) -> Result<DVec3, 
     }
 }
 
-/// The `value` of a `<spectrum>`: one number, or two and more pairs `wavelength:value` with rising wavelengths.
+/// The `value` of a `<spectrum>`: one number, or at least two pairs `wavelength:value` with rising wavelengths.
 pub(super) fn spectrum(text: &str) -> Result<Spectrum, ParseFault> {
     let items: Vec<_> = list(text).collect();
     if let [single] = *items

@@ -183,7 +183,8 @@ fn grow(tree: &mut Vec<Binary>, items: &mut [Item], range: Range) {
     }
 }
 
-/// The least cost of the subtree under each node of a binary tree if at most `1..=8` children of a wide node contain it.
+/// The least cost of the subtree under each node of a binary tree if at most `1..=8` children of a wide node contain
+/// it.
 ///
 /// The cost of a wide node is the probability that a ray through the root's box enters its box. The cost of the blocks
 /// does not depend on the collapse and is left out. (The dynamic programme of Ylitie, Karras & Laine 2017, "Efficient

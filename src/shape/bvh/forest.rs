@@ -70,7 +70,8 @@ impl Forest {
         Child::node(first_node)
     }
 
-    /// The parameter of the closest hit. Calls `test` with the leaves that the ray may hit, approximately front to back.
+    /// The parameter of the closest hit. Calls `test` with the leaves that the ray may hit, approximately front to
+    /// back.
     #[inline]
     pub fn closest(&self, ray: &Ray, test: impl Test<Leaf>) -> Option<f64> {
         simd::closest(&self.tree, ray, LeafTest { leaves: &self.leaves, test })

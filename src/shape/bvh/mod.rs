@@ -1,20 +1,22 @@
 //! A bounding volume hierarchy with eight children per node, over any primitives that have bounding boxes: the shapes
 //! of a scene, the triangles of a mesh.
 //!
-//! **Structure.** A binary tree is built by the binned surface-area heuristic (Wald 2007, "On fast construction of SAH-based
-//! bounding volume hierarchies"). Its nodes are collapsed to nodes with up to eight children at the least cost (Ylitie,
-//! Karras & Laine 2017). A leaf is a *block*: a slice of at most `block` primitives that the caller tests together.
-//! Boxes are `f32`, rounded outwards.
+//! **Structure.** A binary tree is built by the binned surface-area heuristic (Wald 2007, "On fast construction of
+//! SAH-based bounding volume hierarchies"). Its nodes are collapsed to nodes with up to eight children at the least
+//! cost (Ylitie, Karras & Laine 2017). A leaf is a *block*: a slice of at most `block` primitives that the caller tests
+//! together. Boxes are `f32`, rounded outwards.
 //!
-//! **Guarantee.** The traversal does not miss a primitive whose hit the caller's `f64` test would report if the hit point
-//! lies within [`SLACK`] `* (M + |o|)` of the primitive's box. `M` is the greatest coordinate of any box and `o` the
-//! origin of the ray, both in the maximum norm. The documentation of `Slabs` derives this for the `f32` slab test.
+//! **Guarantee.** The traversal does not miss a primitive whose hit the caller's `f64` test would report if the hit
+//! point lies within [`SLACK`] `* (M + |o|)` of the primitive's box. `M` is the greatest coordinate of any box and `o`
+//! the origin of the ray, both in the maximum norm. The documentation of `Slabs` derives this for the `f32` slab test.
 //! Coordinates beyond `1e37` count as infinite; the origin must be finite in this sense.
 //!
-//! **Determinism.** The tree depends only on the boxes, not on the number of threads that build it. The traversal visits
-//! the same blocks in the same order with and without AVX2, because both kernels round alike (no fused multiply-add).
+//! **Determinism.** The tree depends only on the boxes, not on the number of threads that build it. The traversal
+//! visits the same blocks in the same order with and without AVX2, because both kernels round alike (no fused
+//! multiply-add).
 //!
-//! **Two levels.** A [`Forest`] is a hierarchy over shapes some of which have their own hierarchies, merged into one tree.
+//! **Two levels.** A [`Forest`] is a hierarchy over shapes some of which have their own hierarchies, merged into one
+//! tree.
 
 mod build;
 mod forest;
@@ -112,7 +114,8 @@ pub struct Bvh {
 impl Bvh {
     /// Builds a hierarchy with one primitive per block, for primitives that are expensive to intersect.
     ///
-    /// Empty boxes and boxes with NaN cannot be hit and are left out. Boxes may be infinite, but are then culled poorly.
+    /// Empty boxes and boxes with NaN cannot be hit and are left out. Boxes may be infinite, but are then culled
+    /// poorly.
     ///
     /// # Panics
     /// There are `2^31` or more boxes that are not empty.
@@ -156,8 +159,8 @@ impl Bvh {
         size_of_val(&*self.tree.nodes) + size_of_val(&*self.order) + size_of_val(&*self.starts)
     }
 
-    /// The parameter of the closest hit. Calls `test` with the indices of the blocks that the ray may hit, approximately
-    /// front to back.
+    /// The parameter of the closest hit. Calls `test` with the indices of the blocks that the ray may hit,
+    /// approximately front to back.
     #[inline]
     pub fn closest_block(&self, ray: &Ray, test: impl Test<u32>) -> Option<f64> {
         simd::closest(&self.tree, ray, test)

@@ -289,7 +289,8 @@ fn the_tree_does_not_depend_on_the_number_of_threads() {
 fn a_forest_finds_the_hits_of_its_primitives() {
     let mut random = Stream::at(&[15]);
     for count in [0, 1, 3, 40] {
-        // Every third primitive is a box without a hierarchy. The others have up to a hundred boxes, one to four per block.
+        // Every third primitive is a box without a hierarchy. The others have up to a hundred boxes, one to four per
+        // block.
         let mut boxes_of = |i: usize| {
             let count = if i.is_multiple_of(3) { 1 } else { 1 + random.next_bits() as usize % 100 };
             let offset = 2.0 * in_cube(&mut random);

@@ -21,17 +21,17 @@ const ROUNDOFF: f64 = 1.0 / (1 << 24) as f64;
 ///    directions of any length.
 /// 2. *Origin.* With direction `d > 0` on an axis, the ray enters the box at `(min - o) / d` and leaves it at
 ///    `(max - o) / d`. The entry is computed with `o` moved up, the exit with `o` moved down, each by the slack and the
-///    possible rounding error of the conversion to `f32`, so that the interval can only grow. For `d < 0` the planes are
-///    exchanged.
-/// 3. *Arithmetic.* `(b - o) * (1/d)` has three roundings of at most `u = 2^-24` each: those of the difference, of the
-///    product and of `1/d`. Hence the relative errors of entry and exit are below `3.01 u`, and an interval that is not empty
-///    satisfies `entry <= exit + 6.1 u |exit|`. If `exit >= 0`, it is sufficient to increase `1/d` by `8 u` for the exit.
-///    If negative exits count (`t_min < 0`), the slack grows by `16 u (M + |o|)` instead, which bounds all errors, since
-///    `|b - o| <= M + |o|`. (Ize 2013, "Robust BVH ray traversal", bounds these errors by a factor.)
+///    possible rounding error of the conversion to `f32`, so that the interval can only grow. For `d < 0` the planes
+///    are exchanged.
+/// 3. *Arithmetic.* `(b - o) * (1/d)` has three roundings of at most `u = 2^-24` each: of the difference, of the
+///    product and of `1/d`. Hence the relative errors of entry and exit are below `3.01 u`, and an interval that is not
+///    empty satisfies `entry <= exit + 6.1 u |exit|`. If `exit >= 0`, it is sufficient to increase `1/d` by `8 u` for
+///    the exit. If negative exits count (`t_min < 0`), the slack grows by `16 u (M + |o|)` instead, which bounds all
+///    errors, since `|b - o| <= M + |o|`. (Ize 2013, "Robust BVH ray traversal", bounds these errors by a factor.)
 /// 4. *Underflow.* If a product is subnormal, its error is less than the `1e-30` that is added to the slack.
-/// 5. *Zero components.* If `d = 0`, `1/d` is infinite, and the interval is empty outside of the slab. Exactly on a face
-///    `0 * inf` is NaN, and the minimum and the maximum ignore NaN, so that a face belongs to its box. If `1/d` is infinite
-///    only in `f32`, it is replaced by NaN, so that the axis is ignored.
+/// 5. *Zero components.* If `d = 0`, `1/d` is infinite, and the interval is empty outside of the slab. Exactly on a
+///    face `0 * inf` is NaN, and the minimum and the maximum ignore NaN, so that a face belongs to its box. If `1/d` is
+///    infinite only in `f32`, it is replaced by NaN, so that the axis is ignored.
 pub(super) struct Slabs {
     /// The origin for the entry planes.
     pub(super) near_origin: [f32; 3],
@@ -91,8 +91,8 @@ fn drop_axes(inverse: DVec3, overflows: BVec3) -> Vec3 {
 #[inline(always)]
 fn power_of_two_below(x: f64) -> (f64, f64) {
     const EXPONENT: u64 = 0x7ff << 52;
-    // The biased exponents of a power of two and its inverse add up to 2046. The exponents 0 and 2047 are excluded: they
-    // belong to subnormal numbers, infinities and NaN.
+    // The biased exponents of a power of two and its inverse add up to 2046. The exponents 0 and 2047 are excluded:
+    // they belong to subnormal numbers, infinities and NaN.
     let exponent = (x.to_bits() & EXPONENT).clamp(1 << 52, 2045 << 52);
     (f64::from_bits(exponent), f64::from_bits((2046 << 52) - exponent))
 }

@@ -1,4 +1,4 @@
-//! The laws of meshes, in addition to those of all shapes.
+//! The laws of meshes, in addition to the laws of all shapes.
 
 use std::{fmt::Write as _, path::Path};
 

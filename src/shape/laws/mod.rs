@@ -52,7 +52,7 @@ pub const LAWS: &[Law] = &[
     },
     Law {
         name: "shape/uv",
-        claim: "The texture coordinates of hits and of sampled points are those of the shape's parametrization.",
+        claim: "The texture coordinates of hits and of sampled points match the shape's parametrization.",
         source: "the parametrizations of Mitsuba 3.9, derived by hand: azimuth and polar angle, height or radius; the corners \
                  of squares",
         check: Check::Analytic(texture_coordinates),
@@ -124,7 +124,7 @@ fn hits_on_surface(effort: Effort) -> Vec<Finding> {
         for_crossings(20, effort, |subject, ray, crossings| {
             let (_, radius) = subject.sphere();
             for (t, surface) in crossings {
-                // For grazing rays the error of the parameter exceeds that of the surface point.
+                // For grazing rays the parameter has a larger error than the surface point.
                 let cos = surface.n.dot(ray.direction.normalize()).abs();
                 note(&subject.name, (ray.at(*t) - surface.p).length() * cos.min(1.0) / radius);
                 if let Some(known) = &subject.known {

@@ -197,7 +197,8 @@ fn triangle(params: &Params<'_>, to_world: DAffine3) -> Known {
     Known { equation, uv: None, area: Some(area), volume: None, convex: false }
 }
 
-/// A csg of two spheres. The first has radius 1 and its centre at the origin. The centre of the second is on the x axis.
+/// A csg of two spheres. The first has radius 1 and its centre at the origin. The centre of the second is on the x
+/// axis.
 fn two_spheres(params: &Params<'_>, to_world: DAffine3) -> Known {
     let children = params.children(Category::Shape);
     let second = Shape::params(params.document(), children[1]).expect("examples are valid");

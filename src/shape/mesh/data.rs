@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 pub struct MeshData {
     /// The position of each vertex.
     pub positions: Vec<[f32; 3]>,
-    /// The normal of each vertex as in the file, of any length. Where the interpolated normal is zero, the normal of the
-    /// triangle is used.
+    /// The normal of each vertex as in the file, of any length. Where the interpolated normal is zero, the normal of
+    /// the triangle is used.
     pub normals: Option<Vec<[f32; 3]>>,
     /// The texture coordinates of each vertex.
     pub uvs: Option<Vec<[f32; 2]>>,

@@ -93,8 +93,8 @@ fn parse(bytes: &[u8], base: IndexBase) -> Result<MeshData, MeshFault> {
     MeshData::new(positions, None, None, triangles)
 }
 
-/// The number in a line `element NAME N`. A file of `size` bytes must have room for the elements, each of which takes at
-/// least `least` bytes.
+/// The number in a line `element NAME N`. A file of `size` bytes must have room for the elements, each of which takes
+/// at least `least` bytes.
 fn count(lines: &mut Lines<'_>, element: &str, size: usize, least: usize) -> Result<u64, MeshFault> {
     let Some((line, text)) = lines.next() else {
         return Err(syntax(1, format!("the file ends before its line \"element {element} N\"")));

@@ -55,7 +55,7 @@ pub struct Kcply;
 #[derive(Clone, Debug)]
 pub struct Arrays;
 
-/// The plugin `triangle`: a single triangle. Its corners are rounded to single precision, like those of all meshes.
+/// The plugin `triangle`: a single triangle. Its corners are rounded to single precision, as in all meshes.
 #[derive(Clone, Debug)]
 pub struct Triangle;
 
@@ -221,9 +221,9 @@ impl Format for Triangle {
     }
 }
 
-/// A triangle mesh. Its shading normals are interpolated from vertex normals. As in Mitsuba, vertex normals are computed
-/// from the faces if the file has none, and with `face_normals` the triangles are flat. An area light samples all points
-/// with the same pdf.
+/// A triangle mesh. Its shading normals are interpolated from vertex normals. As in Mitsuba, vertex normals are
+/// computed from the faces if the file has none, and with `face_normals` the triangles are flat. An area light samples
+/// all points with the same pdf.
 #[derive(Clone, Debug)]
 pub struct Mesh<F> {
     triangles: Triangles,

@@ -2,8 +2,8 @@ use glam::DVec3;
 
 use super::{narrow, wide};
 
-/// A unit normal for every vertex: the sum of the normals of its triangles, each weighted by the triangle's angle at the
-/// vertex, so that the result does not depend on the triangulation of flat faces. It is zero for a vertex without
+/// A unit normal for every vertex: the sum of the normals of its triangles, each weighted by the triangle's angle at
+/// the vertex, so that the result does not depend on the triangulation of flat faces. It is zero for a vertex without
 /// triangles.
 ///
 /// Thürmer and Wüthrich 1998, "Computing Vertex Normals from Polygonal Facets", Journal of Graphics Tools 3(1).

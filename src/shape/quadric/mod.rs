@@ -32,8 +32,8 @@ pub trait QuadricKind: Clone + Debug {
     /// The texture coordinates of a point of the quadric.
     fn uv(&self, local: DVec3) -> DVec2;
 
-    /// Samples a point of the quadric in canonical space, with its pdf per area there. `None` if the plugin cannot be an
-    /// area light.
+    /// Samples a point of the quadric in canonical space, with its pdf per area there. `None` if the plugin cannot be
+    /// an area light.
     fn sample(&self, u: DVec2) -> Option<(DVec3, PerArea)>;
 
     /// The pdf with which [`QuadricKind::sample`] samples a point, per area in canonical space.
@@ -55,8 +55,8 @@ pub struct Canonical<K> {
 
 /// The part of a quadric that lies in a box. The normals point to the side where the quadratic form is positive.
 ///
-/// A clipped quadric is an open surface. As an operand of a csg it is the part of the box in which the quadratic form is
-/// not positive, closed by the faces of the box.
+/// A clipped quadric is an open surface. As an operand of a csg it is the part of the box in which the quadratic form
+/// is not positive, closed by the faces of the box.
 #[derive(Clone, Debug)]
 pub struct Clipped<K> {
     form: QuadraticForm,

@@ -120,7 +120,7 @@ pub struct Cone(Profile);
 pub struct Paraboloid(Profile);
 
 /// The hyperboloid `(x² + y²) / radius² - z² / axis² = 1` of one sheet, or `= -1` of two sheets, between two heights.
-/// The normals point away from the z axis; those of two sheets also point towards the other sheet. As an operand of a
+/// The normals point away from the z axis; with two sheets, they also point towards the other sheet. As an operand of a
 /// csg it is closed by flat caps.
 #[derive(Clone, Debug)]
 pub struct Hyperboloid(Profile);

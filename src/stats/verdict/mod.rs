@@ -17,8 +17,8 @@
 //! Skewed noise on one side inflates the false rejection rate. Between two runs of the same renderer, skewness cancels
 //! in the difference, so an A/A calibration does not reveal it. Between different estimators it does not cancel, and
 //! affects mostly the peak test, which depends on the far tail. In simulations of equal images at α = 1 %, with our
-//! side skewed and the reference symmetric, the rejection rate is 1 % at a skewness of the tile means (that of a
-//! sub-render over √K) of 0.09, 1.5 to 3 % at 0.12 to 0.25, and 5 to 14 % at 0.4 to 0.8. Use larger tiles or more
+//! side skewed and the reference symmetric, the rejection rate is 1 % at a skewness of the tile means (the skewness of
+//! a sub-render over √K) of 0.09, 1.5 to 3 % at 0.12 to 0.25, and 5 to 14 % at 0.4 to 0.8. Use larger tiles or more
 //! samples until the skewness is below 0.1.
 //!
 //! Agreement also requires enough power: see [`Outcome::Undecided`].
@@ -153,15 +153,15 @@ pub enum VerdictError {
     GridsDiffer {
         /// Our columns and rows.
         ours: (usize, usize),
-        /// The reference's.
+        /// The reference's columns and rows.
         reference: (usize, usize),
     },
     /// A tile is masked out on one side only: the masks differ, or one renderer produced a NaN.
     #[error("tile ({column}, {row}) is masked out on one side only")]
     MasksDiffer {
-        /// The first such tile.
+        /// The column of the first such tile.
         column: usize,
-        /// The first such tile.
+        /// The row of the first such tile.
         row: usize,
     },
     /// Every tile is masked out, and there are no deterministic pixels.
@@ -314,7 +314,7 @@ const AS_GOOD_AS_EXACT: f64 = 1e6;
 /// The factor on our side's samples that reduces the worst detectable bias to the target; `None` if no factor does.
 ///
 /// The variance of our means falls with the number of samples. The degrees of freedom of a side stay the same, and
-/// those of the difference approach the reference's.
+/// the degrees of freedom of the difference approach the reference's.
 fn needed_factor(ours: &[Estimate; 3], reference: &[Estimate; 3], level: f64, config: &VerdictConfig) -> Option<f64> {
     let suffices = |factor: f64| {
         let better = ours.map(|side| Estimate { variance_of_mean: side.variance_of_mean / factor, ..side });

@@ -277,7 +277,8 @@ const ROUNDING: f64 = 1e-6;
 fn folds(effort: Effort) -> Vec<Finding> {
     let emitted = u64::from(effort.samples(300_000));
     let sets = PhotonSets { kind: PhotonMapKind::Caustic, emitted, count: 1, seed: 45 };
-    // The landing distances of photons that come from farther off the axis than they land: they have not crossed it yet.
+    // The landing distances of photons that come from farther off the axis than they land: they have not crossed it
+    // yet.
     let before_axis = |plane: f64| {
         let is_before = |(offset, photon): &(DVec3, &Photon)| {
             offset.length() > ROUNDING && photon.direction().dot(offset.normalize()) > 1e-3

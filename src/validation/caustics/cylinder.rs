@@ -150,8 +150,8 @@ impl Case {
         near.map(|(point, _)| self.signed_distance(point, angle)).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// The signed distance from the caustic near an angle, positive on the side that it bends to. Tangent rays pass on the
-    /// other side.
+    /// The signed distance from the caustic near an angle, positive on the side that it bends to. Tangent rays pass on
+    /// the other side.
     fn signed_distance(&self, point: DVec2, angle: f64) -> f64 {
         const STEP: f64 = 1e-4;
         let tangent = |angle: f64| self.room.caustic(angle + STEP) - self.room.caustic(angle - STEP);

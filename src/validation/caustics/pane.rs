@@ -46,7 +46,7 @@ pub(crate) fn scene() -> String {
     light + &pane + &ground(ALBEDO)
 }
 
-/// The bands of viewing angles to the vertical. Each is tested in a channel of its own.
+/// The bands of viewing angles to the vertical. Each is tested in its own channel.
 pub(in crate::validation) const BANDS: [&str; 3] = ["up to 38°, red", "38° to 52°, green", "above 52°, blue"];
 
 const COLUMNS: u32 = 20;
@@ -79,8 +79,8 @@ pub(in crate::validation) fn pixels(camera: &Camera) -> Vec<Pixel> {
     (0..ROWS).flat_map(|row| (0..COLUMNS).map(move |column| (row, column))).map(pixel).collect()
 }
 
-/// The expected mean radiance of each band, from the irradiance of a light of intensity 1 as a function of the distance from
-/// the point below it.
+/// The expected mean radiance of each band, from the irradiance of a light of intensity 1 as a function of the distance
+/// from the point below it.
 pub(in crate::validation) fn expected(pixels: &[Pixel], irradiance: impl Fn(f64) -> f64) -> [f64; BANDS.len()] {
     let radiance = |pixel: &Pixel| {
         let Pixel { band, footprint: Footprint { place, weight } } = pixel;
@@ -98,7 +98,8 @@ pub(in crate::validation) fn band_means(radiances: &[Rgb], pixels: &[Pixel]) -> 
     })
 }
 
-/// The irradiance of a light of intensity 1, blurred by the kernel, as a function of the distance from the point below it.
+/// The irradiance of a light of intensity 1, blurred by the kernel, as a function of the distance from the point below
+/// it.
 ///
 /// The blur is the mean over the given radii.
 pub(in crate::validation) fn blurred(kernel: Kernel, radii: &[f64], pixels: &[Pixel]) -> impl Fn(f64) -> f64 {

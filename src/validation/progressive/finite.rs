@@ -101,10 +101,11 @@ fn truth() -> f64 {
     point_light(INTENSITY, HEIGHT)(POINT)
 }
 
-/// The predicted moments of an estimate, for any radius up to that of the first pass.
+/// The predicted moments of an estimate, for any radius up to the radius of the first pass.
 struct Blur {
     photons: u32,
-    /// Two smooth functions of the squared radius over the first: the mean, and the squared radius times the mean of K² E.
+    /// Two smooth functions of the squared radius over the first: the mean, and the squared radius times the mean of K²
+    /// E.
     moments: Interpolant<2>,
 }
 
@@ -198,8 +199,8 @@ fn mean_and_square(errors: [f64; POINTS]) -> [f64; 2] {
     [1, 2].map(|n| errors.iter().map(|error| error.powi(n)).sum::<f64>() / POINTS as f64)
 }
 
-/// Means over the test points of one image with a radius for each pixel: of the errors, of their squares, of the bias and of
-/// the variance predicted from the pixel's own radii, and of the last squared radius.
+/// Means over the test points of one image with a radius for each pixel: of the errors, of their squares, of the bias
+/// and of the variance predicted from the pixel's own radii, and of the last squared radius.
 type OfPixels = [f64; 5];
 
 /// The moments of images, with the predictions from their own radii.
@@ -264,8 +265,8 @@ fn pixels(effort: Effort) -> Vec<Finding> {
     findings
 }
 
-/// Tests radii that depend on all earlier passes. They add no bias, because the photons of the next pass are independent of
-/// these.
+/// Tests radii that depend on all earlier passes. They add no bias, because the photons of the next pass are
+/// independent of these.
 fn error_driven(effort: Effort) -> [Finding; 3] {
     const PHOTONS: u32 = 4000;
     const PASSES: u32 = 16;
@@ -303,7 +304,8 @@ fn of_pixels(image: &mut Image<'_>, blur: &Blur) -> OfPixels {
     [error, square, mean - truth(), variance, squares.iter().sum::<f64>() / POINTS as f64]
 }
 
-/// The squared radius over the first, before each pass and after the last, if each pass finds the expected number of photons.
+/// The squared radius over the first, before each pass and after the last, if each pass finds the expected number of
+/// photons.
 fn expected_squares(constant: &Blur, alpha: f64, passes: u32) -> Vec<f64> {
     let (mut squared, mut kept) = (1.0, 0.0);
     let mut squares = vec![squared];

@@ -93,8 +93,8 @@ fn scene((schedule, direct, kernel, max_depth): Case) -> Renderer {
     ));
     let half_height = ROWS as f64 / COLUMNS as f64;
     let objects = OBJECTS.iter().enumerate().map(|(quarter, object)| {
-        // The camera's x axis points left, its y axis up. Gaps keep rays that leave the glass sideways from hitting other
-        // objects.
+        // The camera's x axis points left, its y axis up. Gaps keep rays that leave the glass sideways from hitting
+        // other objects.
         let (x, y) = ([0.5, -0.5][quarter % 2], [0.5, -0.5][quarter / 2] * half_height);
         format!(
             r#"<shape type="{}"><transform name="to_world"><scale x="0.49" y="{}" z="0.01"/><rotate x="1" angle="180"/>

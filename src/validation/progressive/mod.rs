@@ -17,7 +17,7 @@ const PER_PASS: &str = "per_pass";
 const PER_PIXEL: &str = "per_pixel";
 const ERROR_DRIVEN: &str = "error_driven";
 
-/// The squared radius of each pass over that of the first, computed as a product.
+/// The squared radius of each pass divided by the one of the first, computed as a product.
 fn squares_of_passes(alpha: f64) -> impl Iterator<Item = f64> {
     let ratio = move |(i, squared): &(f64, f64)| Some((i + 1.0, squared * (i + alpha) / (i + 1.0)));
     std::iter::successors(Some((1.0, 1.0)), ratio).map(|(_, squared)| squared)

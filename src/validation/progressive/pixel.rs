@@ -31,7 +31,8 @@ const INTENSITIES: [f64; 2] = [3.0, 2.0];
 /// The number of pixels on each side of the wall.
 const PIXELS: usize = 12;
 
-/// A renderer with an oblique camera on one side of the wall. Its pixels view points at increasing distances from the lights.
+/// A renderer with an oblique camera on one side of the wall. Its pixels view points at increasing distances from the
+/// lights.
 fn side(side: f64) -> Renderer {
     let integrator = sppm(&format!(
         "integer photon_count={PHOTONS}, float initial_radius={RADIUS}, float alpha={ALPHA}, string direct=map, integer \
@@ -69,12 +70,12 @@ fn pixels(_: Effort) -> Vec<Finding> {
     ]
 }
 
-/// The number of pixels that found photons, the largest distance of a photon count from an integer, and the largest relative
-/// error of a squared radius.
+/// The number of pixels that found photons, the largest distance of a photon count from an integer, and the largest
+/// relative error of a squared radius.
 fn of_side(renderer: &Renderer) -> [f64; 3] {
     let power = 4.0 * PI * (INTENSITIES[0] + INTENSITIES[1]) / f64::from(PHOTONS);
     let mut image = Image::new(renderer, PASSES, 71, 0);
-    // Each pixel's squared radius over that of the first pass, and its accumulated photon count.
+    // Each pixel's squared radius relative to the first pass, and its accumulated photon count.
     let mut pixels = [(1.0, 0.0); PIXELS];
     let [mut fraction, mut error] = [0.0_f64; 2];
     for pass in 0..PASSES {

@@ -58,8 +58,8 @@ fn radii(_: Effort) -> Vec<Finding> {
 
 /// Runs a pixel through 1000 passes, each of which finds `count(squared radius)` photons.
 ///
-/// Returns the largest relative error of the pixel's photon density, compared with the density of all found photons in the
-/// discs of their passes, and the final squared radius.
+/// Returns the largest relative error of the pixel's photon density, compared with the density of all found photons in
+/// the discs of their passes, and the final squared radius.
 fn pixel_radii(alpha: f64, count: impl Fn(f64) -> u32) -> (f64, f64) {
     let (mut radius, mut density, mut worst) = (PixelRadius::FIRST, 0.0, 0.0_f64);
     for _ in 0..1000 {

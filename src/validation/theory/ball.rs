@@ -38,7 +38,8 @@ pub enum Light {
     },
 }
 
-/// A fold of the caustic on a plane: a circle where the landing distance has an extremum and the irradiance is infinite.
+/// A fold of the caustic on a plane: a circle where the landing distance has an extremum and the irradiance is
+/// infinite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fold {
     /// The offset, from the sphere's centre, of the rays that land on the fold.
@@ -114,8 +115,9 @@ impl BallLens {
         sum
     }
 
-    /// Where the ray of an offset from 0 up to the radius meets the plane at `z = plane`, as a distance from the axis
-    /// that is negative beyond it; `None` if it is bent by 90 degrees and more.
+    /// The point where the ray of an offset, from 0 to the radius, meets the plane at `z = plane`, as a distance from
+    /// the axis. The distance is negative if the ray has crossed the axis. `None` if the ray is deflected by 90 degrees
+    /// or more.
     #[must_use]
     pub fn landing(&self, plane: f64, offset: f64) -> Option<f64> {
         let theta = (offset / self.radius).asin();

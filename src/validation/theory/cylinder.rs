@@ -2,8 +2,8 @@
 //!
 //! The mirror stands on the plane z = 0 around the z axis, at `R (cos a, sin a)` for `a` from -π/2 to π/2. A ray that
 //! hits it at `a` with the angle of incidence `i` in the horizontal projection is reflected to `-(cos ψ, sin ψ)` with
-//! `ψ = a + i`. It lands on the floor at the horizontal distance `t` from the wall. Second reflections are left out: a ray
-//! ends at `t = 2 R cos i`, where it leaves the circle.
+//! `ψ = a + i`. It lands on the floor at the horizontal distance `t` from the wall. Second reflections are left out: a
+//! ray ends at `t = 2 R cos i`, where it leaves the circle.
 //!
 //! Derivation: the map from (a, t) to the floor has the determinant `ψ' t - R cos i`, so the irradiance is the
 //! power per angle and distance divided by its absolute value. It is infinite on the caustic, `t = R cos i / ψ'`.
@@ -108,7 +108,8 @@ impl HalfCylinder {
         self.turn(angle)[0] * distance - self.radius * self.incidence(angle).cos()
     }
 
-    /// The largest landing distance of a ray from the wall, limited by the wall's height and by the opposite side of the circle.
+    /// The largest landing distance of a ray from the wall, limited by the wall's height and by the opposite side of
+    /// the circle.
     fn reach(&self, angle: f64) -> f64 {
         let chord = 2.0 * self.radius * self.incidence(angle).cos();
         let by_height = match self.light {
@@ -241,7 +242,8 @@ mod tests {
 
     #[test]
     fn the_power_in_a_disc_is_the_integral_of_the_irradiance() {
-        // An infinite wall has no upper rim that would cast an edge on the floor. The quadrature needs smooth irradiance.
+        // An infinite wall has no upper rim that would cast an edge on the floor. The quadrature needs smooth
+        // irradiance.
         let endless = rooms().map(|room| HalfCylinder { wall_height: f64::INFINITY, ..room });
         for (room, point) in endless
             .into_iter()

@@ -1,8 +1,8 @@
 //! The exact mean and variance of irradiance estimates from finitely many photons.
 //!
 //! Photons are independent, have equal powers, and land with a density proportional to the irradiance. With these
-//! predictions a law can test a measured bias itself instead of a slope of convergence. Silverman 1986, *Density Estimation for
-//! Statistics and Data Analysis*, chapters 4 and 5.
+//! predictions a law can test a measured bias itself instead of a slope of convergence. Silverman 1986, *Density
+//! Estimation for Statistics and Data Analysis*, chapters 4 and 5.
 
 use std::f64::consts::{PI, TAU};
 
@@ -62,11 +62,12 @@ impl<F: Fn(DVec2) -> f64> Photons<F> {
     }
 
     /// The estimate with the nearest photons. The `k`-th photon gives the radius, and the `k - 1` nearer photons are
-    /// counted. This is unbiased under uniform irradiance. An estimate that also counts the `k`-th photon is, with a constant
-    /// kernel, larger by the factor `k / (k - 1)`. `k` must be at least 3 and far below the number of landing photons.
+    /// counted. This is unbiased under uniform irradiance. An estimate that also counts the `k`-th photon is, with a
+    /// constant kernel, larger by the factor `k / (k - 1)`. `k` must be at least 3 and far below the number of landing
+    /// photons.
     ///
-    /// The fraction `q` of the power nearer than the `k`-th of `N` photons is distributed as Beta(k, N - k + 1). The nearer
-    /// photons are distributed as the irradiance. David and Nagaraja 2003, *Order Statistics*, section 2.1.
+    /// The fraction `q` of the power nearer than the `k`-th of `N` photons is distributed as Beta(k, N - k + 1). The
+    /// nearer photons are distributed as the irradiance. David and Nagaraja 2003, *Order Statistics*, section 2.1.
     #[must_use]
     pub fn nearest(&self, kernel: Kernel, point: DVec2, k: u32) -> Prediction {
         let (n, before) = (f64::from(self.count), f64::from(k - 1));

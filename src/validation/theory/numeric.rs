@@ -70,7 +70,8 @@ const KRONROD: [[f64; 2]; 8] = [
 const GAUSS: [f64; 4] =
     [0.129_484_966_168_869_7, 0.279_705_391_489_276_64, 0.381_830_050_505_118_9, 0.417_959_183_673_469_4];
 
-/// The root of a function whose sign changes once in `[a, b]`: the last `f64` on the side of `a` before the sign change.
+/// The root of a function whose sign changes once in `[a, b]`: the last `f64` on the side of `a` before the sign
+/// change.
 #[must_use]
 pub fn bisect(f: impl Fn(f64) -> f64, [mut a, mut b]: [f64; 2]) -> f64 {
     let positive = f(a) > 0.0;
@@ -106,7 +107,8 @@ pub fn root(f: impl Fn(f64) -> f64, [a, b]: [f64; 2]) -> Option<f64> {
 
 /// Interpolates `N` smooth functions by polynomials through their values at the Chebyshev points of an interval.
 ///
-/// The error falls geometrically with the number of points. Berrut and Trefethen 2004, "Barycentric Lagrange Interpolation", eq. (4.2) and (5.3).
+/// The error falls geometrically with the number of points. Berrut and Trefethen 2004, "Barycentric Lagrange
+/// Interpolation", eq. (4.2) and (5.3).
 #[derive(Clone, Debug)]
 pub struct Interpolant<const N: usize> {
     ends: [f64; 2],

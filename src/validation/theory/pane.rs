@@ -1,8 +1,8 @@
 //! A diffuse floor lit and viewed through a pane of glass: paths light, glass, floor, glass, camera.
 //!
-//! The pane is parallel to the floor, which is z = 0. Its height does not matter. A ray of the order `p` is reflected `2p`
-//! times inside the pane of thickness `d`. If it descends by a height `h` at the angle θ to the vertical, it is displaced
-//! sideways by `(h - d) tan θ + (1 + 2p) d tan θt` and keeps the fraction `(1 - R)² R^2p` of its power.
+//! The pane is parallel to the floor, which is z = 0. Its height does not matter. A ray of the order `p` is reflected
+//! `2p` times inside the pane of thickness `d`. If it descends by a height `h` at the angle θ to the vertical, it is
+//! displaced sideways by `(h - d) tan θ + (1 + 2p) d tan θt` and keeps the fraction `(1 - R)² R^2p` of its power.
 //!
 //! Light that the pane reflects back to the floor is left out. A path with the order `p` down and `q` up has the depth
 //! `6 + 2 (p + q)`. A path that hits the floor twice has at least the depth 8. A `max_depth` of 6 or 7 therefore admits
@@ -45,7 +45,8 @@ impl Pane {
         (1.0 - r).powi(2) * r.powf(2.0 * f64::from(order))
     }
 
-    /// The sideways displacement on the floor of a ray that starts at a height above it. The angle to the vertical is below π/2.
+    /// The sideways displacement on the floor of a ray that starts at a height above it. The angle to the vertical is
+    /// below π/2.
     #[must_use]
     pub fn aside(&self, height: f64, angle: f64, order: u32) -> f64 {
         angle.sin() * self.stretch(height, angle, order)
@@ -53,7 +54,8 @@ impl Pane {
 
     /// The irradiance of one order on the floor at a distance from the point below the light.
     ///
-    /// `E = I sin θ / (x dx/dθ)` times the transmitted fraction: the power of a cone of directions over the area of its ring.
+    /// `E = I sin θ / (x dx/dθ)` times the transmitted fraction: the power of a cone of directions over the area of its
+    /// ring.
     #[must_use]
     pub fn irradiance(&self, distance: f64, order: u32) -> f64 {
         let angle = self.angle(distance, order);
@@ -76,8 +78,8 @@ impl Pane {
 
     /// The radiance along a ray to a camera above the pane, from a floor of the given albedo.
     ///
-    /// The orders `p` of the light path and `q` of the camera path go up to `p + q = orders`. These are all paths up to the
-    /// depth `6 + 2 orders`, except those that hit the floor twice.
+    /// The orders `p` of the light path and `q` of the camera path go up to `p + q = orders`. These are all paths up to
+    /// the depth `6 + 2 orders`, except those that hit the floor twice.
     #[must_use]
     pub fn radiance(&self, camera: DVec3, direction: DVec3, albedo: f64, orders: u32) -> f64 {
         let reflected = |(q, Footprint { place, weight }): (u32, Footprint)| {

@@ -4,7 +4,8 @@ use proptest::prelude::*;
 
 use super::{super::limit, parse_with, read, refused, scene};
 
-/// What no tree is made of. Each is refused on a thread with little stack, as one that recursed would overflow.
+/// The message for a text that is rejected before a tree is built. It runs on a thread with a small stack, which a
+/// recursive check would overflow.
 #[track_caller]
 fn refused_at_once(text: String) -> String {
     let thread = std::thread::Builder::new().stack_size(1 << 20).spawn(move || (refused(&text), processor_seconds()));
@@ -13,7 +14,7 @@ fn refused_at_once(text: String) -> String {
     message
 }
 
-/// What this thread took of a processor: unlike the time of a clock, it does not depend on what else the machine does.
+/// The processor time of this thread. Unlike wall-clock time, it does not depend on what else the machine does.
 #[cfg(target_os = "linux")]
 fn processor_seconds() -> f64 {
     use nix::sys::{
@@ -24,7 +25,7 @@ fn processor_seconds() -> f64 {
     (usage.user_time() + usage.system_time()).num_milliseconds() as f64 * 1e-3
 }
 
-/// Not known elsewhere.
+/// Processor time is not measured on other systems.
 #[cfg(not(target_os = "linux"))]
 fn processor_seconds() -> f64 {
     0.0
@@ -64,7 +65,7 @@ fn sizes() {
     let text = scene(&" ".repeat(limit::BYTES));
     let expected = "s.xml: too large; a scene may take 64 MiB of XML, included files among them";
     assert_eq!(refused_at_once(text), expected);
-    // A file as large is not even read.
+    // A file that is too large is not even read.
     let file = tempfile::NamedTempFile::new().expect("a temporary file");
     file.as_file().set_len(1 << 40).expect("a sparse file");
     let message = super::super::read(file.path(), &[]).expect_err("it is refused").to_string();
@@ -85,19 +86,19 @@ fn document_types_and_entities() {
     );
 }
 
-/// A parameter holds no parameter, so text grows at most by the length of a value for each `$`; and that is counted.
+/// Values contain no parameters, so each `$` adds at most the length of one value, and the total is limited.
 #[test]
 fn parameters_that_grow() {
     let value = "x".repeat(1 << 20);
     let text = scene(&format!("<string name=\"a\" value=\"{}\"/>", "$p".repeat(100)));
     let message = parse_with(&text, &[("p", &value)]).expect_err("it is refused").to_string();
-    assert_eq!(message, "s.xml:2:18: the parameters make too much text");
+    assert_eq!(message, "s.xml:2:18: the parameters expand to too much text");
     let text = scene(&format!("<string name=\"a\" value=\"{}\"/>", "$p".repeat(limit::SUBSTITUTIONS + 1)));
     let message = parse_with(&text, &[("p", "")]).expect_err("it is refused").to_string();
-    assert_eq!(message, "s.xml:2:18: the parameters make too much text");
+    assert_eq!(message, "s.xml:2:18: the parameters expand to too much text");
 }
 
-/// Each object refers to the next, which nests them as deep as the file is long.
+/// Each object refers to the next, so that the nesting depth is proportional to the length of the file.
 #[test]
 fn chains_of_references() {
     let chain = |length: usize| {
@@ -111,7 +112,7 @@ fn chains_of_references() {
     read(&chain(limit::LEVELS - 2));
     let message = refused_at_once(chain(100_000));
     assert!(
-        message.ends_with("objects stand in one another through more than 200 levels; refer less deep"),
+        message.ends_with("objects are nested through references more than 200 levels deep; use fewer levels"),
         "{message}"
     );
 }
@@ -123,7 +124,7 @@ fn many_faults() {
     assert_eq!(message.lines().last(), Some("more than 50 faults: the rest is not shown"));
 }
 
-/// A message is one line of bounded length, whatever it quotes, and always the same.
+/// A message is one line of bounded length, whatever it quotes, and does not depend on the order of a hash map.
 #[test]
 fn long_messages() {
     let message = refused_at_once(scene(&format!(
@@ -143,7 +144,7 @@ fn long_messages() {
     assert_eq!(hint(1001), "s.xml:3:1: unresolved reference to \"id9999\"; no object has id=\"id9999\"");
 }
 
-/// Many children, names and parameters take time in proportion.
+/// The time for many children, names and parameters is linear.
 #[test]
 fn large_scenes_are_read_quickly() {
     let start = processor_seconds();
@@ -155,7 +156,7 @@ fn large_scenes_are_read_quickly() {
         )
         .expect("a string can be written to");
     }
-    // All on one line, so that columns take counting.
+    // Everything is on one line, so that columns take time to count.
     assert_eq!(read(&scene(&body)).objects.len(), 50_001);
     let seconds = processor_seconds() - start;
     assert!(seconds < 20.0, "{seconds} s");
@@ -190,7 +191,7 @@ fn text_that_is_no_xml() {
     }
 }
 
-/// Scenes to cut and to change: they use every element.
+/// Scenes to mutate: they use every element.
 const SEEDS: [&str; 2] = [
     r#"<scene version="3.0.0"><default name="spp" value="64"/><integrator type="path"><integer name="max_depth"
     value="8"/></integrator><sensor type="perspective"><transform name="to_world"><lookat origin="0, 4.5, 8" target="0,
@@ -205,7 +206,7 @@ const SEEDS: [&str; 2] = [
 ];
 
 proptest! {
-    /// Whatever is cut out, put in or repeated: an answer, no panic, and every message has a place.
+    /// Any deletion, insertion or repetition gives a result without a panic, and every message has a place.
     #[test]
     fn damaged_scenes_are_answered(
         seed in 0..SEEDS.len(),

@@ -41,7 +41,8 @@ fn include(name: &str) -> String {
     scene(&format!("<include filename=\"{name}\"/>"))
 }
 
-/// An included scene gives its objects to the one around it, which numbers them anew; an included object is a child.
+/// An included scene adds its objects to the surrounding one, which numbers them anew. An included object becomes a
+/// child.
 #[test]
 fn scenes_are_spliced_and_objects_inserted() {
     let inner = scene(concat!(
@@ -58,7 +59,8 @@ fn scenes_are_spliced_and_objects_inserted() {
     assert_eq!(names(&document.objects[0]), ["_arg_0", "_arg_1", "named", "_arg_2", "o", "_arg_3"]);
     let plugins: Vec<_> = document.objects.iter().map(|object| &*object.plugin).collect();
     assert_eq!(plugins, ["", "a", "q", "n", "sphere", "sphere", "inner"]);
-    // As in Mitsuba, what plugins read starts from the scene's folder, not from that of the included file.
+    // As in Mitsuba, the file names of plugins are relative to the scene's folder, not to the folder of the included
+    // file.
     assert!(document.objects.iter().all(|object| *object.folder == folder.path()));
     let files: Vec<_> =
         document.files.iter().map(|file| file.strip_prefix(folder.path()).expect("it is there")).collect();
@@ -110,7 +112,7 @@ fn refused_includes() {
         ),
         (
             "<bsdf version=\"3.0.0\" type=\"x\" name=\"n\"/>",
-            "a.xml:1:32: the name of an included object is not looked at; give the name to the <include>",
+            "a.xml:1:32: the name of an included object has no effect; give the name to the <include>",
         ),
         (
             "<bsdf version=\"3.0.0\" type=\"x\">\n<float name=\"a\" value=\"b\"/></bsdf>",
@@ -137,7 +139,7 @@ fn ids_are_global() {
     );
 }
 
-/// The last `<path>` is looked into first, and comes before the scene's own folder.
+/// The last `<path>` is searched first, before the scene's own folder.
 #[test]
 fn paths() {
     let text = scene(concat!(
@@ -191,7 +193,7 @@ fn files_that_cannot_be_read() {
 
 #[test]
 fn the_depth_and_number_of_includes_are_limited() {
-    // Each file includes the next twice: 2^k files unless someone counts.
+    // Each file includes the next one twice: 2^k files without a limit.
     let twice = |next: usize| scene(&format!("<include filename=\"{next}.xml\"/>\n<include filename=\"{next}.xml\"/>"));
     let chain = |length: usize| -> Vec<(String, String)> {
         let last = (format!("{length}.xml"), scene("<bsdf type=\"x\"/>"));
@@ -207,7 +209,7 @@ fn the_depth_and_number_of_includes_are_limited() {
     let message = read_in(&files(&chain(12)), &[]).expect_err("it is refused").to_string();
     assert!(message.ends_with("12.xml:2:10: more than 1000 includes") || message.ends_with("more than 1000 includes"));
     assert_eq!(message.lines().count(), 1, "{message}");
-    // Fourteen files inside the first are allowed, fifteen are not; Mitsuba draws the line at the same place.
+    // Fourteen nested files inside the first are allowed, fifteen are not; Mitsuba has the same limit.
     let once = |length: usize| -> Vec<(String, String)> {
         let mut list = chain(length);
         for (_, text) in &mut list[..length] {
@@ -223,7 +225,7 @@ fn the_depth_and_number_of_includes_are_limited() {
     assert!(message.ends_with("files include one another more than 15 deep"), "{message}");
 }
 
-/// What one file may take is what all of them may take together.
+/// The limits for one file hold for all files together.
 #[test]
 fn the_limits_hold_across_files() {
     let twice = scene("<include filename=\"a.xml\"/>\n<include filename=\"a.xml\"/>");

@@ -1,4 +1,4 @@
-//! Each rule of the language with what it takes and what it refuses, and the exact words.
+//! Each rule of the language with accepted and rejected examples, and the exact messages.
 
 mod hostile;
 mod includes;
@@ -12,7 +12,7 @@ use crate::scene_file::{Document, Object, SceneError, Value};
 
 use super::parse;
 
-/// A scene with these lines in it, the first of which is line 2.
+/// A scene with these lines, which begin at line 2.
 fn scene(body: &str) -> String {
     format!("<scene version=\"3.0.0\">\n{body}\n</scene>")
 }
@@ -26,7 +26,7 @@ fn read(text: &str) -> Document {
     parse_with(text, &[]).unwrap_or_else(|error| panic!("{text}\n{error}"))
 }
 
-/// The message for a scene that is refused, one line for each fault.
+/// The message for a scene that is rejected, one line for each fault.
 fn refused(text: &str) -> String {
     match parse_with(text, &[]) {
         Ok(_) => panic!("not refused: {text}"),
@@ -39,7 +39,7 @@ fn value(body: &str) -> Value {
     first(&read(&scene(&format!("<shape type=\"s\">{body}</shape>")))).properties[0].value.clone()
 }
 
-/// The object that stands first in the root.
+/// The first object in the root.
 fn first(document: &Document) -> &Object {
     &document.objects[1]
 }

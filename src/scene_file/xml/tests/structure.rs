@@ -3,7 +3,7 @@ use crate::scene_file::{Category, ObjectId, Value};
 
 /// The scene that has one of everything.
 const WHOLE: &str = r#"<?xml version="1.0"?>
-<!-- text and comments are not looked at -->
+<!-- text and comments are ignored -->
 <scene version="3.0.0" id="all">
   words
   <default name="spp" value="64"/>
@@ -34,14 +34,14 @@ fn every_kind_of_object() {
     assert_eq!(sphere.properties[1].place.to_string(), "s.xml:12:41");
 }
 
-/// Children are in document order; those without a name are numbered, references among them.
+/// Children are in document order. Children without a name are numbered, references included.
 #[test]
 fn names_of_children() {
     let document = read(WHOLE);
     assert_eq!(names(&document.objects[0]).join(" "), "_arg_0 _arg_1 _arg_2 _arg_3 _arg_4 _arg_5 _arg_6");
     let sphere = document.objects.iter().find(|object| object.plugin == "sphere").expect("there is a sphere");
     assert_eq!(names(sphere), ["_arg_0", "inside", "_arg_1"]);
-    // The reference is to the very object, which stands later.
+    // The reference resolves to the object itself, which is defined later.
     let glass = document.objects.iter().position(|object| object.plugin == "dielectric").expect("there is glass");
     assert_eq!(sphere.properties[0].value, Value::Object(ObjectId(glass)));
 }
@@ -269,7 +269,7 @@ fn substituted(before: &str, text: &str, definitions: &[(&str, &str)]) -> Result
     }
 }
 
-/// What stands before, the text, the definitions of the command line, and what comes of it.
+/// The elements before, the text, the definitions of the command line, and the result.
 type Case = (&'static str, &'static str, &'static [(&'static str, &'static str)], &'static str);
 
 #[test]
@@ -280,7 +280,7 @@ fn parameters() {
         ("<default name=\"a\" value=\"1\"/><default name=\"a\" value=\"2\"/>", "$a", &[], "1"),
         ("<default name=\"a\" value=\"1\"/>", "$a", &[("a", "9")], "9"),
         ("<default name=\"a\" value=\"1\"/><default name=\"b\" value=\"$a$a\"/>", "$b", &[], "11"),
-        // Used in a default only is used.
+        // A parameter may be used in a default only.
         ("<default name=\"b\" value=\"$c\"/>", "x", &[("c", "1")], "x"),
         ("", r"\$a\\$ \x", &[], r"$a\$ \x"),
         ("", "$a", &[("a", "")], ""),
@@ -303,7 +303,7 @@ fn parameters_stand_in_every_attribute() {
     assert_eq!(names(&document.objects[0]), ["diffuse", "_arg_0", "_arg_1"]);
 }
 
-/// Uses of parameters that are refused.
+/// Uses of parameters that are rejected.
 const REFUSED_PARAMETERS: [Case; 12] = [
     ("", "$r", &[], "s.xml:2:34: undefined parameter: $r; define it before with <default name=\"r\" value=\"...\"/>"),
     (
@@ -355,12 +355,12 @@ fn refused_parameters() {
     for (before, text, definitions, expected) in REFUSED_PARAMETERS {
         assert_eq!(substituted(before, text, definitions), Err(expected.to_owned()), "{before} {text}");
     }
-    // An attribute with a fault is not looked at further.
+    // An attribute with a fault is not checked further.
     assert_eq!(
         refused_in_shape("<float name=\"a\" value=\"$b\"/>"),
         "s.xml:3:17: undefined parameter: $b; define it before with <default name=\"b\" value=\"...\"/>"
     );
-    // A default acts only after its place.
+    // A default applies only after its place.
     assert_eq!(
         refused(&scene("<bsdf type=\"$t\"/>\n<default name=\"t\" value=\"diffuse\"/>")),
         "s.xml:2:7: undefined parameter: $t; define it before with <default name=\"t\" value=\"...\"/>"
@@ -382,7 +382,7 @@ fn several_faults_are_told_at_once_in_document_order() {
          s.xml:5:1: the transform is singular; it must not flatten space; no scale may be 0\n\
          s.xml:7:1: \"a\" is given twice; previous was at s.xml:6:1"
     );
-    // An id that may stand in what was not read is not called missing.
+    // An id is not reported as missing if a skipped part may define it.
     let text = scene("<bsfd type=\"x\"><bsdf type=\"x\" id=\"a\"/></bsfd><ref id=\"a\"/>");
     assert_eq!(refused(&text), "s.xml:2:1: unknown element <bsfd>; did you mean <bsdf>?");
 }
@@ -398,7 +398,7 @@ fn old_names() {
     assert_eq!(names(&document.objects[0]), ["my_bsdf", "_arg_0"]);
     assert_eq!(names(&document.objects[1]), ["reflectance"]);
     assert_eq!(names(&document.objects[2]), ["diffuse_reflectance", "int_ior", "IORint", "u_scale", "a1B"]);
-    // Newer files mean what they say.
+    // Files of version 2.0.0 or newer are not upgraded.
     let document = read("<bsdf version=\"2.0.0\" type=\"diffuse\"><float name=\"toWorld\" value=\"1\"/></bsdf>");
     assert_eq!(names(&document.objects[0]), ["toWorld"]);
     assert_eq!(
@@ -413,7 +413,7 @@ fn old_names() {
     );
 }
 
-/// `to_uv` scales what was moved: `4 (u + 0.25) = 4 u + 1`.
+/// `to_uv` translates first and then scales: `4 (u + 0.25) = 4 u + 1`.
 #[test]
 fn old_textures() {
     let old = |body: &str| format!("<texture version=\"0.6.0\" type=\"bitmap\">\n{body}\n</texture>");

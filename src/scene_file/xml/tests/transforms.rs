@@ -46,7 +46,7 @@ fn single_operations() {
     assert_rows("<rotate value=\"0, 0, -1\" angle=\"90\"/>", [Y, negative(X), Z]);
 }
 
-/// `M = operation * M`: what stands later acts later.
+/// `M = operation * M`: later operations apply later.
 #[test]
 fn operations_act_in_document_order() {
     assert_rows("<scale value=\"2\"/><translate x=\"1\"/>", [[2., 0., 0., 1.], [0., 2., 0., 0.], [0., 0., 2., 0.]]);
@@ -68,7 +68,7 @@ fn lookat() {
     assert_rows(camera, [[-1., 0., 0., 1.], [0., 1., 0., 2.], [0., 0., -1., 3.]]);
     let rows = [[0., 0.6, 0.8, 1.0], [1., 0., 0., 0.], [0., 0.8, -0.6, 0.]];
     assert_rows("<lookat origin=\"1 0 0\" target=\"5 0 -3\" up=\"0 0 1\"/>", rows);
-    // Without `up`, what Mitsuba 3.9.1 computes.
+    // Without `up`, the result of Mitsuba 3.9.1.
     for up in ["", "up=\"\"", "up=\"0 0 0\""] {
         assert_rows(&format!("<lookat origin=\"0,0,0\" target=\"0,0,1\" {up}/>"), [Y, negative(X), Z]);
         assert_rows(&format!("<lookat origin=\"0,0,0\" target=\"0,1,0\" {up}/>"), [Y, Z, X]);
@@ -86,7 +86,7 @@ fn an_axis_that_was_rounded_is_a_unit_axis() {
     assert!(found.matrix3.abs_diff_eq(exact, 1e-15), "{found:?}");
 }
 
-/// Operations of transforms that are refused.
+/// Operations of transforms that are rejected.
 const REFUSED_OPERATIONS: [(&str, &str); 18] = [
     ("<rotate x=\"1\"/>", "1: missing attribute \"angle\" in <rotate>; write <rotate angle=\"...\">"),
     ("<rotate angle=\"90\"/>", "1: the rotation axis is zero; write for example x=\"1\""),
@@ -171,13 +171,13 @@ fn refused_results() {
         let message = refused_in_shape(&format!("<transform name=\"t\">{operations}</transform>"));
         assert_eq!(message, format!("s.xml:3:1: {expected}"), "{operations}");
     }
-    // Small and lopsided is not singular.
+    // A small scale with unequal factors is not singular.
     map("<scale value=\"1e-30 1e-30 1e-60\"/>");
     map("<rotate x=\"0.6\" y=\"0.8\" angle=\"40\"/><scale z=\"1e-7\"/>");
 }
 
 proptest! {
-    /// Any rotation that is taken has no scale and no shear, and fixes its axis.
+    /// Every accepted rotation has no scale and no shear, and fixes its axis.
     #[test]
     fn rotations_are_orthonormal(axis in prop::array::uniform3(-1.0..1.0f64), angle in -720.0..720.0f64) {
         prop_assume!(DVec3::from(axis).length() > 0.1);

@@ -2,8 +2,8 @@
 
 use crate::shape::mesh::data::{MeshFault, quoted};
 
-/// The maximum size of a header, in bytes: far above that of real files. It limits the time that a hostile file can
-/// cost.
+/// The maximum size of a header, in bytes: far above the size of real headers. It limits the time that a hostile file
+/// can cost.
 pub(super) const HEADER_LIMIT: usize = 1 << 16;
 
 #[derive(Debug)]

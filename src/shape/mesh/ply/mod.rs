@@ -1,11 +1,11 @@
 //! PLY, the Stanford triangle format, in its three encodings.
 //!
 //! The reader supports `ascii`, `binary_little_endian` and `binary_big_endian`; LF and CRLF headers; `comment` and
-//! `obj_info` lines; every scalar type by its old and its new name (`float`, `float32`); and 64-bit integers. Of the element
-//! `vertex` it reads `x y z`, `nx ny nz`, and `u v`, else `texture_u texture_v`, else `s t`. Normals and texture coordinates
-//! are used only if all their components are present. Of the element `face` it reads the list `vertex_indices` or
-//! `vertex_index`, of any integer types. It skips other properties and elements. Integers are not scaled by the range of
-//! their type.
+//! `obj_info` lines; every scalar type by its old and its new name (`float`, `float32`); and 64-bit integers. Of the
+//! element `vertex` it reads `x y z`, `nx ny nz`, and `u v`, else `texture_u texture_v`, else `s t`. Normals and
+//! texture coordinates are used only if all their components are present. Of the element `face` it reads the list
+//! `vertex_indices` or `vertex_index`, of any integer types. It skips other properties and elements. Integers are not
+//! scaled by the range of their type.
 //!
 //! A face with more than three corners becomes a fan around its first corner, which is correct for convex polygons.
 //! Mitsuba refuses all faces but triangles. Mitsuba also refuses `obj_info` and accepts indices out of range.
@@ -30,8 +30,8 @@ use source::{Ascii, Binary, DataReader, ReadError};
 ///
 /// # Errors
 ///
-/// The file cannot be read, is not a PLY file, has fewer or more elements than its header declares, or its mesh does not
-/// pass [`MeshData::new`]. For any input, memory stays within a fixed multiple of the file's size.
+/// The file cannot be read, is not a PLY file, has fewer or more elements than its header declares, or its mesh does
+/// not pass [`MeshData::new`]. For any input, memory stays within a fixed multiple of the file's size.
 pub fn read_ply(path: &Path, flip_tex_coords: bool) -> Result<MeshData, MeshError> {
     data::read(path, |bytes| parse(bytes, flip_tex_coords))
 }
@@ -72,7 +72,7 @@ fn read_mesh<S: DataReader>(header: &Header, mut source: S, flip_tex_coords: boo
     MeshData::new(positions, layout.has_normals.then_some(normals), layout.has_uvs.then_some(uvs), triangles)
 }
 
-/// The least number of bytes of an element: that of its scalars and of empty lists.
+/// The least number of bytes of an element: its scalars and empty lists.
 fn min_size<S: DataReader>(element: &Element) -> usize {
     element.properties.iter().map(|property| S::min_size(property.kind.first())).sum()
 }

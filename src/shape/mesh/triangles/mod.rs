@@ -1,17 +1,18 @@
 //! Intersection of a ray with many triangles.
 //!
-//! **Test.** The watertight test of Woop, Benthin & Wald (2013), "Watertight ray/triangle intersection", JCGT 2(1). Let `z`
-//! be the axis on which the direction is greatest. A shear maps the ray to the `z` axis. The signs of the three edge
-//! functions `P.x Q.y - P.y Q.x` of the sheared corners determine whether the axis passes through the triangle.
+//! **Test.** The watertight test of Woop, Benthin & Wald (2013), "Watertight ray/triangle intersection", JCGT 2(1). Let
+//! `z` be the axis on which the direction is greatest. A shear maps the ray to the `z` axis. The signs of the three
+//! edge functions `P.x Q.y - P.y Q.x` of the sheared corners determine whether the axis passes through the triangle.
 //!
-//! **Watertightness.** A sheared corner depends only on the corner and the ray, so it is the same for all triangles that
-//! share the corner. Exchanging `P` and `Q` negates the edge function exactly. Rounding is monotone, so the difference
-//! of two rounded products never has the wrong sign: its sign is right or it is zero, and zero counts as inside for
-//! both neighbours. Hence there is no gap at a shared edge or corner, and no fallback to higher precision is needed.
+//! **Watertightness.** A sheared corner depends only on the corner and the ray, so it is the same for all triangles
+//! that share the corner. Exchanging `P` and `Q` negates the edge function exactly. Rounding is monotone, so the
+//! difference of two rounded products never has the wrong sign: its sign is right or it is zero, and zero counts as
+//! inside for both neighbours. Hence there is no gap at a shared edge or corner, and no fallback to higher precision is
+//! needed.
 //!
-//! **Exclusions.** Triangles of exactly zero area, as computed in `f64` from the `f32` corners, and triangles with a corner
-//! that is not finite cannot be hit. A hit on a triangle that is exactly edge-on is left to its neighbours. A triangle
-//! that is edge-on up to rounding is hit where the ray passes its longest edge, see `slim_weights`.
+//! **Exclusions.** Triangles of exactly zero area, as computed in `f64` from the `f32` corners, and triangles with a
+//! corner that is not finite cannot be hit. A hit on a triangle that is exactly edge-on is left to its neighbours. A
+//! triangle that is edge-on up to rounding is hit where the ray passes its longest edge, see `slim_weights`.
 
 use glam::{DVec2, DVec3};
 
@@ -316,17 +317,19 @@ struct Weights {
     c: f64,
 }
 
-/// If the ratio of twice the area to the square of the size, both projected along the ray, is below this, `slim_weights`
-/// computes the barycentric coordinates: from the edge functions they would have errors of about `2^-51` over the ratio.
+/// If the ratio of twice the area to the square of the size, both projected along the ray, is below this,
+/// `slim_weights` computes the barycentric coordinates: from the edge functions they would have errors of about `2^-51`
+/// over the ratio.
 const SLIM: f64 = 1.0 / 4096.0;
 
 /// The barycentric coordinates for a triangle that is nearly edge-on, given those from the edge functions. `None` if
 /// the ray passes in the plane of the triangle but beyond its ends, where the edge functions are noise.
 ///
 /// The position of the hit across the longest edge `pq` is ill-conditioned (and hardly matters); its position along the
-/// edge is not. Let `h` be the fraction of the edge at which the ray passes it, and `r_along` that of the third corner
-/// `r`. The weight of `r` is first clamped to the range that the triangle has at `h`. The weight of `q` is then
-/// `h - weight(r) r_along`. The hit is a point of the triangle, and on the ray up to a few roundings of the triangle's size.
+/// edge is not. Let `h` be the fraction of the edge at which the ray passes it, and `r_along` the fraction of the third
+/// corner `r`. The weight of `r` is first clamped to the range that the triangle has at `h`. The weight of `q` is then
+/// `h - weight(r) r_along`. The hit is a point of the triangle, and on the ray up to a few roundings of the triangle's
+/// size.
 #[cold]
 fn slim_weights(corners: [DVec2; 3], Weights { a, b, c }: Weights) -> Option<Weights> {
     let [p, q, r] = corners;

@@ -7,7 +7,8 @@ const SUN: BallLens = BallLens { radius: 1.0, index: 1.5, light: Light::Collimat
 const LAMP: BallLens = BallLens { radius: 1.0, index: 1.5, light: Light::Point { intensity: 1.0, distance: 3.0 } };
 
 impl BallLens {
-    /// The z coordinate and the axis distance of the point where the ray with an offset is tangent to the caustic surface.
+    /// The z coordinate and the axis distance of the point where the ray with an offset is tangent to the caustic
+    /// surface.
     fn caustic(&self, offset: f64) -> [f64; 2] {
         let ray = self.leaving((offset / self.radius).asin());
         let (sin, cos) = ray.tilt.sin_cos();
@@ -15,7 +16,8 @@ impl BallLens {
         [lever * cos + ray.offset * sin, (ray.offset * cos - lever * sin).abs()]
     }
 
-    /// The irradiance of light that has not hit the sphere, at a distance `r` from the axis on the plane at `z = plane`.
+    /// The irradiance of light that has not hit the sphere, at a distance `r` from the axis on the plane at
+    /// `z = plane`.
     fn direct_irradiance(&self, plane: f64, r: f64) -> f64 {
         match self.light {
             _ if r < self.shadow_radius(plane) => 0.0,
