@@ -24,37 +24,52 @@ pub(super) const SEED: u64 = 20_261;
 
 /// Renders a scene and compares it with its reference.
 ///
-/// A difference that the quick effort finds is confirmed by the samples of the standard effort before it counts: few
-/// samples of a scene with rare bright paths are not normally distributed. Confirmation cannot raise the probability of
-/// a false alarm.
-pub(super) fn compare_scene(scene: SceneFile, effort: Effort) -> Result<SceneEvidence, EvidenceError> {
-    let evidence = compare_once(&scene, effort)?;
-    if evidence.passed || effort != Effort::Quick {
-        return Ok(evidence);
+/// A difference that the quick effort finds is confirmed with more samples per replicate before it counts: few samples
+/// of a scene with rare bright paths are not normally distributed. Confirmation cannot raise the probability of a false
+/// alarm.
+pub(super) fn compare_scene(scene: &SceneFile, effort: Effort) -> Result<SceneEvidence, EvidenceError> {
+    let schedules: &[(u32, u64)] = match effort {
+        Effort::Quick => &[(2, REPLICATES), (8, REPLICATES), (32, REPLICATES)],
+        Effort::Standard => &[(32, REPLICATES)],
+        Effort::Full => &[(32, 4 * REPLICATES)],
+    };
+    let (last, first) = schedules.split_last().expect("every effort has a schedule");
+    for schedule in first {
+        let evidence = compare_once(scene, effort, *schedule)?;
+        if evidence.passed {
+            return Ok(evidence);
+        }
     }
-    compare_once(&scene, Effort::Standard)
+    compare_once(scene, effort, *last)
 }
 
-fn compare_once(scene: &SceneFile, effort: Effort) -> Result<SceneEvidence, EvidenceError> {
+/// Compares a scene with its reference with this number of samples per pixel in a replicate, and this number of replicates
+/// to begin with.
+fn compare_once(
+    scene: &SceneFile,
+    effort: Effort,
+    (samples, mut passes): (u32, u64),
+) -> Result<SceneEvidence, EvidenceError> {
     let start = Instant::now();
     let reference = Reference::load(&scene.reference)?;
     reference.check_fresh(&scene.reference, &scene.path)?;
     let renderer = Renderer::new(&xml::read(&scene.path, &[])?, &Overrides::default())?;
-    let (samples, passes) = schedule(effort);
     let config = effort.verdict();
     let first = Replicate { seed: SEED, number: 0, samples };
     let mut ours = ImageEstimate::of_replicates(&renderer, first, passes);
     let mut found = comparison::with_reference_configured(&ours, &reference, &config)?;
+    let outcome = |comparison: &Comparison| comparison.verdict.as_ref().map(|verdict| verdict.outcome);
     // The scatter alone determines how many samples a verdict needs, and the difference does not. So taking more
     // samples does not bias the test.
-    if let Some(Outcome::Undecided { needed_factor: Some(factor) }) = found.verdict.as_ref().map(|v| v.outcome) {
-        let passes = ((1.1 * factor * passes as f64).ceil() as u64).min(MAX_REPLICATES);
+    while let Some(Outcome::Undecided { needed_factor: Some(factor) }) = outcome(&found)
+        && passes < MAX_REPLICATES
+    {
+        passes = ((1.1 * factor * passes as f64).ceil() as u64).clamp(passes + 1, MAX_REPLICATES);
         ours = ours.with_replicates(&renderer, first, passes);
         found = comparison::with_reference_configured(&ours, &reference, &config)?;
     }
     let scale = effort.falsification();
     let scaled = comparison::with_reference_configured(&ours.scaled(scale), &reference, &config)?;
-    let outcome = |comparison: &Comparison| comparison.verdict.as_ref().map(|verdict| verdict.outcome);
     let by = &reference.provenance;
     let spp = by.spp_per_batch * by.batches;
     let image = format!("{}.exr", scene.stem());
@@ -77,15 +92,6 @@ fn compare_once(scene: &SceneFile, effort: Effort) -> Result<SceneEvidence, Evid
         scene: scene.path.clone(),
         reference: scene.reference.clone(),
     })
-}
-
-/// Samples per pixel of a replicate, and the initial number of replicates.
-fn schedule(effort: Effort) -> (u32, u64) {
-    match effort {
-        Effort::Quick => (2, REPLICATES),
-        Effort::Standard => (32, REPLICATES),
-        Effort::Full => (32, 4 * REPLICATES),
-    }
 }
 
 /// The scene files under a root, by name: assets/scenes, and its folder of figures if it exists.

@@ -44,7 +44,7 @@ pub fn verify(
         }
         if is_asked && !is_biased {
             progress(&file.name);
-            scenes.push(compare_scene(file, effort)?);
+            scenes.push(compare_scene(&file, effort)?);
         }
     }
     checked.retain(|checked| !checked.findings.is_empty());
