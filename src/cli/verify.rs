@@ -13,7 +13,7 @@ use super::{FAILED, say};
 
 /// Checks all laws, and all scenes against their references.
 ///
-/// The quick effort, without --standard or --full, takes a minute or two; it prints the bias that it could have
+/// The quick effort, without --standard or --full, takes about a minute; it prints the bias that it could have
 /// detected. Run it in the repository, where the folders assets and reference are. It writes the page
 /// reports/verify/index.html (with --only, part.html), and with
 /// --full also the summaries reports/verify.md and reports/verify.json.
@@ -22,10 +22,10 @@ pub(crate) struct Verify {
     /// Only rows whose name matches, such as 'fresnel/*' or 'reference/glass-*'.
     #[arg(long, value_name = "GLOB", default_value = "*")]
     only: String,
-    /// Take more samples, so that a bias of half a percent is detected on every scene: minutes.
+    /// Take more samples, so that a bias of half a percent is detected on every scene: eight minutes.
     #[arg(long)]
     standard: bool,
-    /// Take sixteen times the samples of --standard for laws, and four times for scenes.
+    /// Take four times the samples of --standard, to detect biases half as large: more than half an hour.
     #[arg(long, conflicts_with = "standard")]
     full: bool,
     /// Write the summaries reports/verify.md and reports/verify.json too, as --full does.

@@ -225,7 +225,7 @@ fn studies_of_one_name_do_not_share_a_folder() {
     for options in ["", "--plan", "--evaluate"] {
         let said = run(&mut folder.etendue(&format!("study other/study.toml --out out {options}")));
         assert_eq!(said.code, Some(2), "{}", said.out);
-        assert!(said.err.starts_with("error: out: holds the results of /"), "{}", said.err);
+        assert!(said.err.starts_with("out: holds the results of /"), "{}", said.err);
         assert!(said.err.ends_with("/study.toml; choose another folder with --out\n"), "{}", said.err);
         assert_eq!(folder.files(), before);
     }
