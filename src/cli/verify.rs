@@ -164,13 +164,13 @@ fn print_groups(evidence: &Evidence) -> anyhow::Result<()> {
 
 /// Prints the laws and scenes that take the most time.
 fn print_times(evidence: &Evidence) -> anyhow::Result<()> {
-    const MOST: usize = 20;
+    const MAX_LISTED: usize = 20;
     let laws = evidence.times.iter().map(|time| (time.name.as_str(), time.seconds));
     let scenes = evidence.scenes.iter().map(|scene| (scene.name.as_str(), scene.seconds));
     let mut times: Vec<_> = laws.chain(scenes).collect();
     times.sort_by(|one, other| other.1.total_cmp(&one.1));
-    say(format_args!("The {} that take the most time, in seconds:", MOST.min(times.len())))?;
-    for (name, seconds) in times.into_iter().take(MOST) {
+    say(format_args!("The {} that take the most time, in seconds:", MAX_LISTED.min(times.len())))?;
+    for (name, seconds) in times.into_iter().take(MAX_LISTED) {
         say(format_args!("{seconds:>9.1}  {name}"))?;
     }
     Ok(())
