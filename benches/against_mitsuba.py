@@ -19,7 +19,8 @@ from functools import partial
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent / "scripts"))
+SCRIPTS = HERE.parent / "scripts"
+sys.path.insert(0, str(SCRIPTS))
 
 import etendue
 
@@ -29,15 +30,15 @@ SHORT_SPP = 1
 OUTPUT = Path(tempfile.gettempdir()) / "etendue-bench.exr"
 
 MITSUBA = """
-import sys, time, os, json
-import mitsuba as mi
-variant, path, spp = sys.argv[1], sys.argv[2], int(sys.argv[3])
-mi.set_variant(variant)
+import json, os, sys, time
+scripts, variant, path, spp, threads = sys.argv[1], sys.argv[2], sys.argv[3], int(sys.argv[4]), int(sys.argv[5])
+sys.path.insert(0, scripts)
+import mitsuba_reference
+mi = mitsuba_reference.start_mitsuba(variant).mi
 import drjit as dr
-dr.set_thread_count(int(sys.argv[4]))
-mi.set_log_level(mi.LogLevel.Error)
-scene = mi.load_file(path)
 import numpy as np
+dr.set_thread_count(threads)
+scene = mi.load_file(path)
 np.array(mi.render(scene, spp=spp, seed=0))
 before, start = os.times(), time.perf_counter()
 np.array(mi.render(scene, spp=spp, seed=1))
@@ -62,7 +63,7 @@ def measure_etendue(program: Path, scene: Path, spp: int, threads: int) -> tuple
 
 def measure_mitsuba(variant: str, scene: Path, spp: int, threads: int) -> tuple[float, float]:
     """User and wall-clock seconds of the second render in a process, whose kernels are already compiled."""
-    command = [sys.executable, "-c", MITSUBA, variant, str(scene), str(spp), str(threads)]
+    command = [sys.executable, "-c", MITSUBA, str(SCRIPTS), variant, str(scene), str(spp), str(threads)]
     user, wall = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()[-1])
     return user, wall
 
@@ -73,11 +74,11 @@ def main() -> None:
     parser.add_argument("--spp", type=int, default=64, help="samples per pixel (default: %(default)s)")
     parser.add_argument("--repeats", type=int, default=3, help="renders of each scene by each renderer (default: %(default)s)")
     parser.add_argument("--threads", type=int, default=os.cpu_count(), help="number of threads (default: one per core)")
-    parser.add_argument("--variants", nargs="*", default=["scalar_rgb"], help="variants of Mitsuba (default: %(default)s)")
+    parser.add_argument("--variants", nargs="*", default=["llvm_ad_rgb", "scalar_rgb"], help="variants of Mitsuba (default: %(default)s)")
     etendue.add_program_option(parser)
     arguments = parser.parse_args()
     program = etendue.binary(arguments.etendue)
-    print(f"{'scene':<12} {'renderer':<14} {'M paths/core-s':>15} {'cores busy':>11} {'speedup':>9}")
+    print(f"{'scene':<12} {'renderer':<14} {'M paths/core-s':>15} {'cores busy':>11} {'etendue is':>12}")
     for name in arguments.scenes:
         scene = HERE / "scenes" / f"{name}.xml"
         runs = {"etendue": partial(measure_etendue, program, scene, arguments.spp, arguments.threads)}
@@ -90,7 +91,7 @@ def main() -> None:
         rates = {key: PIXELS * arguments.spp / statistics.median(t[0] for t in values) / 1e6 for key, values in times.items()}
         for key, values in times.items():
             busy = statistics.median(user / wall / arguments.threads for user, wall in values)
-            print(f"{name:<12} {key:<14} {rates[key]:>15.2f} {100 * busy:>10.0f}% {rates['etendue'] / rates[key]:>8.2f}x")
+            print(f"{name:<12} {key:<14} {rates[key]:>15.2f} {100 * busy:>10.0f}% {rates['etendue'] / rates[key]:>11.2f}x")
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ impl Described for Constant {
         summary: "An environment with the same radiance in all directions.",
         params: &[Param::new("radiance", ParamKind::Rgb, "1", "the radiance in W/(m² sr)").within(Range::LIGHT)],
         examples: &[r#"<emitter type="constant"><rgb name="radiance" value="0.4, 0.5, 0.7"/></emitter>"#],
-        evidence: &["emitter/*", "radiometry/white-sky"],
+        evidence: &["emitter/*", "radiometry/white-environment"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

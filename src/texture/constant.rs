@@ -21,7 +21,7 @@ impl Described for Constant {
         summary: "A constant colour.",
         params: &[Param::required("value", ParamKind::Rgb, "the colour, linear RGB")],
         examples: &[r#"<texture type="rawconstant"><rgb name="value" value="0.2, 0.5, 0.7"/></texture>"#],
-        evidence: &["radiometry/white-sky"],
+        evidence: &["radiometry/white-environment"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {

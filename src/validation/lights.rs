@@ -48,7 +48,7 @@ pub const LAWS: &[Law] = &[
         check: Check::Analytic(sphere_light),
     },
     Law {
-        name: "radiometry/white-sky",
+        name: "radiometry/white-environment",
         claim: "Under a constant environment of radiance L, a diffuse plane has the radiance ρ L. The environment itself has L.",
         source: "∫ cos θ dω = π",
         check: Check::Analytic(white_environment),
