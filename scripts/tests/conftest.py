@@ -1,5 +1,6 @@
 """Fixtures that several tests share: one Mitsuba for the whole run, a tiny scene, and a study of it."""
 
+import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,9 @@ import pytest
 import mitsuba_reference as ref
 from helpers import write_program
 from stand_in_scenes import HEAD, Load
+
+# A shell ignores SIGINT in its background jobs, and their children inherit that. Tests interrupt scripts.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 TINY = """<scene version="3.0.0">
   <default name="lit" value="0.8"/>
