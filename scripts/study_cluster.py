@@ -40,6 +40,8 @@ except ModuleNotFoundError as error:
 
 SCRIPTS = str(Path(__file__).resolve().parent)
 
+# Dask's usual port of the dashboard may belong to another scheduler on this machine, which Dask would warn of.
+ANY_PORT = ":0"
 # By batch system: the program that submits a job, and the class of dask_jobqueue that starts workers as jobs.
 QUEUES = {"slurm": ("sbatch", "SLURMCluster"), "pbs": ("qsub", "PBSCluster"), "lsf": ("bsub", "LSFCluster")}
 
@@ -107,7 +109,7 @@ def local_cluster(arguments: argparse.Namespace) -> distributed.LocalCluster:
         "memory_limit": 0,
         # A terminal sends SIGINT to all of its processes. Workers ignore it; this process ends them.
         "preload": ["import signal\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\n"],
-        "dashboard_address": None,
+        "dashboard_address": ANY_PORT,
         "silence_logs": logging.CRITICAL,
     }
     return distributed.LocalCluster(**options)
@@ -132,6 +134,7 @@ def batch_cluster(arguments: argparse.Namespace) -> Any:
         "account": arguments.account,
         "cores": arguments.cores,
         "processes": 1,
+        "scheduler_options": {"dashboard_address": ANY_PORT},
         "memory": arguments.memory,
         "walltime": arguments.walltime,
         "job_extra_directives": arguments.directive,
