@@ -49,7 +49,7 @@ print(json.dumps([after.user - before.user, time.perf_counter() - start]))
 
 def measure_process(program: Path, scene: Path, spp: int, threads: int) -> tuple[float, float]:
     """User and wall-clock seconds of one process of etendue."""
-    command = [program, "render", scene, "-o", OUTPUT, "--spp", str(spp)]
+    command = [program, "render", scene, "-o", OUTPUT, "--spp", str(spp), "--quiet"]
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime, time.perf_counter()
     subprocess.run([*map(str, command), "--threads", str(threads)], check=True)
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before, time.perf_counter() - start
