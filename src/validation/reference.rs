@@ -119,3 +119,22 @@ pub(super) fn scene_files(root: &Path) -> Result<Vec<SceneFile>, EvidenceError> 
 pub(super) fn verify_command(name: &str, effort: Effort) -> String {
     format!("etendue verify --only '{name}'{}", effort.option())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::validation::setup::{ALBEDO, RADIANCE, path, renderer, room};
+
+    #[test]
+    fn further_replicates_give_the_image_of_all_at_once() {
+        let sensor = r#"<sensor type="perspective"><film type="hdrfilm"><integer name="width" value="3"/>
+            <integer name="height" value="2"/></film></sensor>"#;
+        let renderer = renderer(&path(3, 5), sensor, &room("sphere", RADIANCE, ALBEDO));
+        let first = Replicate { seed: 7, number: 4, samples: 2 };
+        let all = ImageEstimate::of_replicates(&renderer, first, 5);
+        let some = ImageEstimate::of_replicates(&renderer, first, 2);
+        assert_ne!(some.pixels, all.pixels);
+        let more = some.with_replicates(&renderer, first, 5);
+        assert_eq!((more.pixels, more.spp), (all.pixels, all.spp));
+    }
+}
