@@ -50,8 +50,7 @@ pub struct Obj;
 pub struct Kcply;
 
 /// A mesh from arrays, see [`MeshArrays`]. Only a scene that is built in code can hold one: an XML file names a `ply`,
-/// `obj` or
-/// `kcply` file instead, which gives the same shape for the same vertices and triangles.
+/// `obj` or `kcply` file instead, which gives the same shape for the same vertices and triangles.
 #[derive(Clone, Debug)]
 pub struct Arrays;
 
