@@ -45,12 +45,20 @@ pub trait Reflectance: Clone + Debug {
     fn read(params: &Params<'_>) -> Result<fn(f64, f64) -> Interface, SceneError>;
 }
 
-const INT_IOR: Param =
-    Param::new("int_ior", ParamKind::Float, "1.5046", "the index of refraction inside, as a number or a name")
-        .within(Range::POSITIVE);
-const EXT_IOR: Param =
-    Param::new("ext_ior", ParamKind::Float, "1.000277", "the index of refraction outside, as a number or a name")
-        .within(Range::POSITIVE);
+const INT_IOR: Param = Param::new(
+    "int_ior",
+    ParamKind::Float,
+    "1.5046",
+    "the index of refraction inside, as a number or a name in any case",
+)
+.within(Range::POSITIVE);
+const EXT_IOR: Param = Param::new(
+    "ext_ior",
+    ParamKind::Float,
+    "1.000277",
+    "the index of refraction outside, as a number or a name in any case",
+)
+.within(Range::POSITIVE);
 const SPECULAR_REFLECTANCE: Param =
     Param::new("specular_reflectance", ParamKind::Texture, "1", "scales the reflected light; not physical")
         .within(Range::UNIT);
@@ -168,7 +176,7 @@ fn index(params: &Params<'_>, name: &str) -> Result<f64, SceneError> {
     let Some(Value::String(medium)) = params.find(name).map(|property| &property.value) else {
         return params.float(name);
     };
-    let known = INDICES.iter().find(|(known, _)| known == medium);
+    let known = INDICES.iter().find(|(known, _)| known.eq_ignore_ascii_case(medium));
     known.map(|(_, index)| *index).ok_or_else(|| {
         let names: Vec<_> = INDICES.iter().map(|(name, _)| *name).collect();
         params.error(name, format!("no medium is called \"{medium}\"")).hint(format!("known: {}", names.join(", ")))

@@ -69,11 +69,11 @@ pub fn refract(wi: DVec3, interface: &Interface) -> DVec3 {
 /// and Wolf 1999, section 14.2; in the form of Lagarde 2013, "Memo on Fresnel equations".
 #[must_use]
 pub fn conductor(cos_i: f64, eta: Rgb, k: Rgb) -> Rgb {
-    // A perfect conductor reflects everything; the formulas below would give the same.
-    if eta == Rgb::ZERO {
-        return Rgb::ONE;
-    }
     let channel = |eta: f64, k: f64| {
+        // An imaginary index reflects everything. The formulas below give the same, except 0 / 0 at normal incidence.
+        if eta == 0.0 {
+            return 1.0;
+        }
         let (cos2, sin2) = (cos_i * cos_i, 1.0 - cos_i * cos_i);
         let (eta2, k2) = (eta * eta, k * k);
         let t0 = eta2 - k2 - sin2;
@@ -112,5 +112,6 @@ mod tests {
     #[test]
     fn a_perfect_conductor_reflects_everything() {
         assert_eq!(conductor(0.3, Rgb::ZERO, Rgb::ONE), Rgb::ONE);
+        assert_eq!(conductor(1.0, Rgb::new(0.0, 1.0, 1.0), Rgb::ZERO), Rgb::new(1.0, 0.0, 0.0));
     }
 }

@@ -27,8 +27,12 @@ pub(super) struct ComplexIndex {
 const INDEX: Range = Range { min: 0.0, max: 1e6, open: false };
 
 /// The parameters of [`ComplexIndex::read`].
-pub(super) const MATERIAL: Param =
-    Param::new("material", ParamKind::String, "none", "a name (Au, Ag, Al, Cu, ...), or none for a perfect mirror");
+pub(super) const MATERIAL: Param = Param::new(
+    "material",
+    ParamKind::String,
+    "none",
+    "a name in any case (Au, Ag, Al, Cu, ...), or none for a perfect mirror",
+);
 pub(super) const ETA: Param = Param::optional(
     "eta",
     ParamKind::Rgb,
@@ -61,10 +65,10 @@ impl ComplexIndex {
 
     fn named(params: &Params<'_>) -> Result<Self, SceneError> {
         let name = params.string(MATERIAL.name)?;
-        if name == "none" {
+        if name.eq_ignore_ascii_case("none") {
             return Ok(Self { eta: Rgb::ZERO, k: Rgb::ONE });
         }
-        let known = materials::MATERIALS.iter().find(|(known, ..)| *known == name);
+        let known = materials::MATERIALS.iter().find(|(known, ..)| known.eq_ignore_ascii_case(name));
         known.map(|(_, eta, k)| Self { eta: Rgb::from(*eta), k: Rgb::from(*k) }).ok_or_else(|| {
             let names: Vec<_> = materials::MATERIALS.iter().map(|(name, ..)| *name).collect();
             let error = params.error(MATERIAL.name, format!("no material is called \"{name}\""));
@@ -126,5 +130,22 @@ impl BsdfModel for Conductor {
 
     fn albedo(&self, uv: DVec2) -> Rgb {
         self.index.reflectance(1.0) * self.specular_reflectance.eval(uv)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_material_reflects_a_fraction_at_every_angle() {
+        for (name, eta, k) in materials::MATERIALS {
+            let index = ComplexIndex { eta: Rgb::from(eta), k: Rgb::from(k) };
+            for cos in [1.0, 0.999, 0.5, 1e-3, 1e-9] {
+                let reflectance = index.reflectance(cos);
+                let is_fraction = |x: f64| (0.0..=1.0 + 1e-12).contains(&x);
+                assert!(reflectance.to_array().into_iter().all(is_fraction), "{name}, {cos}: {reflectance}");
+            }
+        }
     }
 }
