@@ -74,7 +74,7 @@ mod tests {
             }
             assert!(!text.is_empty() && !text.concat().contains("[`"), "{}: {text:?}", plugin.name);
             let page = plugin.page();
-            assert!(plugin.params.iter().all(|param| page.contains(param.name)), "{page}");
+            assert!(plugin.all_params().all(|param| page.contains(param.name)), "{page}");
         }
     }
 

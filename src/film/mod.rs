@@ -76,26 +76,19 @@ impl Described for HdrFilm {
                 "false",
                 "whether filters extend beyond the border of the crop",
             ),
-            Param::new(
-                "file_format",
-                ParamKind::Choice(&["openexr", "rgbe", "pfm"]),
-                "openexr",
-                "accepted; files are always OpenEXR",
-            ),
-            Param::new(
+            Param::ignored("file_format", ParamKind::Choice(&["openexr", "rgbe", "pfm"]), "files are always OpenEXR"),
+            Param::ignored(
                 "pixel_format",
                 ParamKind::Choice(&["luminance", "luminance_alpha", "rgb", "rgba", "xyz", "xyza"]),
-                "rgb",
-                "accepted; files always contain RGB",
+                "files always contain RGB",
             ),
-            Param::new(
+            Param::ignored(
                 "component_format",
                 ParamKind::Choice(&["float16", "float32", "uint32"]),
-                "float16",
-                "accepted; files always contain float32",
+                "files always contain float32",
             ),
-            Param::new("compensate", ParamKind::Boolean, "false", "accepted; sums are always exact"),
-            Param::new("banner", ParamKind::Boolean, "true", "accepted; there is no banner"),
+            Param::ignored("compensate", ParamKind::Boolean, "sums are always exact"),
+            Param::ignored("banner", ParamKind::Boolean, "there is no banner"),
             Param::optional("rfilter", ParamKind::Object(Category::Filter), "gaussian", "the reconstruction filter"),
         ],
         examples: &[r#"<film type="hdrfilm"><integer name="width" value="64"/><integer name="height" value="32"/>
@@ -104,12 +97,6 @@ impl Described for HdrFilm {
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
-        for ignored in ["file_format", "pixel_format", "component_format"] {
-            params.string(ignored)?;
-        }
-        for ignored in ["compensate", "banner"] {
-            params.boolean(ignored)?;
-        }
         let integer = |name| params.integer(name).map(|i| i.unsigned_abs() as u32);
         let (width, height) = (integer("width")?, integer("height")?);
         let crop = Self::crop(params, width, height)?;

@@ -23,7 +23,7 @@ impl Document {
         plugins: &[&Plugin],
     ) -> ObjectId {
         let known = plugins.iter().find(|plugin| plugin.name == name);
-        let has = |param: &str| known.is_some_and(|plugin| plugin.params.iter().any(|p| p.name == param));
+        let has = |param: &str| known.is_some_and(|plugin| plugin.all_params().any(|p| p.name == param));
         let kept = |p: &&Property| !matches!(p.value, Value::Object(_)) && has(&p.name);
         let mut properties: Vec<Property> = Vec::new();
         let mut next = own;

@@ -28,7 +28,7 @@ pub(crate) use manual::manual;
 pub use mesh::MeshArrays;
 pub use number::whole_number;
 pub use params::Params;
-pub use plugin::{DefaultValue, FARTHEST, Param, ParamKind, Plugin, Range};
+pub use plugin::{DefaultValue, FARTHEST, Param, ParamKind, Plugin, Range, TIMEOUT};
 pub use spelling::{closest, unknown_plugin};
 pub use transform::Transform;
 
@@ -211,5 +211,17 @@ impl Document {
     #[must_use]
     pub fn object(&self, id: ObjectId) -> &Object {
         &self.objects[id.0]
+    }
+
+    /// For each object, the number of properties of all objects that are this object.
+    #[must_use]
+    pub fn uses(&self) -> Vec<usize> {
+        let mut uses = vec![0; self.objects.len()];
+        for property in self.objects.iter().flat_map(|object| &object.properties) {
+            if let Value::Object(id) = property.value {
+                uses[id.0] += 1;
+            }
+        }
+        uses
     }
 }

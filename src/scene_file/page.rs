@@ -14,11 +14,18 @@ impl Plugin {
             page += &format!("{}\n\n", filled(&paragraph, ""));
         }
         page += "Parameters\n";
-        for param in self.params {
+        let (effective, ignored): (Vec<&Param>, Vec<&Param>) = self.all_params().partition(|param| param.has_effect);
+        if effective.is_empty() {
+            page += "  none\n";
+        }
+        for param in effective {
             page += &format!("  {} ({})\n{}\n", param.name, param.terms(), filled(&param.meaning(), "      "));
         }
-        if self.params.is_empty() {
-            page += "  none\n";
+        if !ignored.is_empty() {
+            page += "\nParameters of Mitsuba without effect\n";
+        }
+        for param in ignored {
+            page += &format!("  {} ({})\n{}\n", param.name, param.kind.name(), filled(param.description, "      "));
         }
         if let Some(example) = self.examples.first() {
             page += "\nExample\n";

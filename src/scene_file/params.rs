@@ -93,25 +93,35 @@ impl<'d> Params<'d> {
 
     /// A whole number.
     pub fn integer(&self, name: &str) -> Result<i64, SceneError> {
+        self.required(name, self.optional_integer(name)?)
+    }
+
+    /// A whole number that may be absent.
+    pub fn optional_integer(&self, name: &str) -> Result<Option<i64>, SceneError> {
         let param = self.param(name);
         let number = match self.find(name) {
             None => default_text(param).map(|text| parse_float(text) as i64),
             Some(Property { value: Value::Integer(i), .. }) => Some(*i),
             Some(property) => return Err(self.wrong_type(property, "integer")),
         };
-        let number = self.required(name, number)?;
-        self.in_range(param, number as f64)?;
+        if let Some(number) = number {
+            self.in_range(param, number as f64)?;
+        }
         Ok(number)
     }
 
     /// A boolean, true or false.
     pub fn boolean(&self, name: &str) -> Result<bool, SceneError> {
-        let given = match self.find(name) {
-            None => default_text(self.param(name)).map(|text| text == "true"),
-            Some(Property { value: Value::Boolean(b), .. }) => Some(*b),
-            Some(property) => return Err(self.wrong_type(property, "boolean")),
-        };
-        self.required(name, given)
+        self.required(name, self.optional_boolean(name)?)
+    }
+
+    /// A boolean that may be absent.
+    pub fn optional_boolean(&self, name: &str) -> Result<Option<bool>, SceneError> {
+        match self.find(name) {
+            None => Ok(default_text(self.param(name)).map(|text| text == "true")),
+            Some(Property { value: Value::Boolean(b), .. }) => Ok(Some(*b)),
+            Some(property) => Err(self.wrong_type(property, "boolean")),
+        }
     }
 
     /// A text. The text of a [`ParamKind::Choice`] is one of the choices.
@@ -274,18 +284,33 @@ impl<'d> Params<'d> {
         SceneError::at(property.map_or(&self.object.place, |p| &p.place), what)
     }
 
-    /// Checks that every property was read.
+    /// Checks that every property was read, and the types of those without an effect.
     ///
     /// # Errors
     /// One fault for each property that was not read, with the names of all parameters.
     pub fn finish(&self) -> Result<(), SceneError> {
         let mut error = SceneError(Vec::new());
+        let ignored = self.plugin.params.iter().filter(|param| !param.has_effect);
+        // Whoever reads a shared parameter does not read it through this view.
+        for param in ignored.chain(self.plugin.category.shared_params()) {
+            error.0.extend(self.check_type(param).err().into_iter().flat_map(|wrong| wrong.0));
+        }
         for (property, used) in self.object.properties.iter().zip(self.used.borrow().iter()) {
             if !used {
                 error.0.extend(self.unused(property).0);
             }
         }
         if error.0.is_empty() { Ok(()) } else { Err(error) }
+    }
+
+    /// Checks the type of a parameter that may be absent.
+    fn check_type(&self, param: &Param) -> Result<(), SceneError> {
+        match param.kind {
+            ParamKind::Boolean => self.optional_boolean(param.name).map(drop),
+            ParamKind::Integer => self.optional_integer(param.name).map(drop),
+            ParamKind::Float => self.optional_float(param.name).map(drop),
+            _ => self.optional_string(param.name).map(drop),
+        }
     }
 
     fn unused(&self, property: &Property) -> SceneError {
@@ -295,7 +320,7 @@ impl<'d> Params<'d> {
             return SceneError::at(&child.place, what);
         }
         let what = format!("{} has no parameter \"{}\"", self.called(), property.name);
-        let known: Vec<_> = self.plugin.params.iter().map(|p| p.name).collect();
+        let known: Vec<_> = self.plugin.all_params().map(|p| p.name).collect();
         SceneError::at(&property.place, what).hint(spelling::hint(&property.name, &known))
     }
 
@@ -307,7 +332,7 @@ impl<'d> Params<'d> {
     }
 
     fn param(&self, name: &str) -> &'static Param {
-        let found = self.plugin.params.iter().find(|p| p.name == name);
+        let found = self.plugin.all_params().find(|p| p.name == name);
         found.unwrap_or_else(|| panic!("{} reads \"{name}\", which its table lacks", self.called()))
     }
 

@@ -12,7 +12,7 @@ pub struct Plugin {
     pub name: &'static str,
     /// Its purpose in one sentence.
     pub summary: &'static str,
-    /// Every parameter it reads.
+    /// The parameters it reads, without those that every plugin of its category has.
     pub params: &'static [Param],
     /// Elements as they are written in a scene. Each must be valid, and the laws of the category hold for each.
     pub examples: &'static [&'static str],
@@ -33,6 +33,8 @@ pub struct Param {
     pub range: Range,
     /// The meaning, with the unit.
     pub description: &'static str,
+    /// Whether the parameter has an effect. One without is accepted because Mitsuba's scenes have it.
+    pub has_effect: bool,
 }
 
 /// The type of a parameter.
@@ -129,17 +131,56 @@ pub(super) fn number(x: f64) -> String {
     if plain { x.to_string() } else { format!("{x:e}") }
 }
 
+/// The time after which a render ends.
+pub const TIMEOUT: Param = Param::new(
+    "timeout",
+    ParamKind::Float,
+    "-1",
+    "the time in seconds after which a render ends, unless it is given another; 0 or less sets no limit",
+);
+
+const OF_INTEGRATORS: [Param; 3] = [
+    TIMEOUT,
+    Param::ignored("samples_per_pass", ParamKind::Integer, "memory does not depend on the number of samples"),
+    Param::ignored("block_size", ParamKind::Integer, "the size of tiles is fixed"),
+];
+const OF_SENSORS: [Param; 2] = [
+    Param::ignored("shutter_open", ParamKind::Float, "nothing moves"),
+    Param::ignored("shutter_close", ParamKind::Float, "nothing moves"),
+];
+const OF_SHAPES: [Param; 1] =
+    [Param::ignored("silhouette_sampling_weight", ParamKind::Float, "only derivatives of images need it")];
+
+impl Plugin {
+    /// Every parameter: its own, and those that every plugin of its category has.
+    pub fn all_params(&self) -> impl Iterator<Item = &'static Param> + Clone {
+        self.params.iter().chain(self.category.shared_params())
+    }
+}
+
+impl Category {
+    /// The parameters that every plugin of the category has.
+    pub(super) fn shared_params(self) -> &'static [Param] {
+        match self {
+            Self::Integrator => &OF_INTEGRATORS,
+            Self::Sensor => &OF_SENSORS,
+            Self::Shape => &OF_SHAPES,
+            _ => &[],
+        }
+    }
+}
+
 impl Param {
     /// A parameter that must be given.
     #[must_use]
     pub const fn required(name: &'static str, kind: ParamKind, description: &'static str) -> Self {
-        Self { name, kind, default: DefaultValue::Required, range: Range::FINITE, description }
+        Self { name, kind, default: DefaultValue::Required, range: Range::FINITE, description, has_effect: true }
     }
 
     /// A parameter with a default, written as in a scene file.
     #[must_use]
     pub const fn new(name: &'static str, kind: ParamKind, default: &'static str, description: &'static str) -> Self {
-        Self { name, kind, default: DefaultValue::Value(default), range: Range::FINITE, description }
+        Self { default: DefaultValue::Value(default), ..Self::required(name, kind, description) }
     }
 
     /// A parameter that may be absent; `without` says what the plugin does then.
@@ -150,7 +191,13 @@ impl Param {
         without: &'static str,
         description: &'static str,
     ) -> Self {
-        Self { name, kind, default: DefaultValue::Absent(without), range: Range::FINITE, description }
+        Self { default: DefaultValue::Absent(without), ..Self::required(name, kind, description) }
+    }
+
+    /// A parameter of Mitsuba that has no effect here; `reason` says why none is needed. Its type is checked.
+    #[must_use]
+    pub const fn ignored(name: &'static str, kind: ParamKind, reason: &'static str) -> Self {
+        Self { has_effect: false, ..Self::optional(name, kind, "no effect", reason) }
     }
 
     /// The same parameter with a range.

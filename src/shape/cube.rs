@@ -24,7 +24,7 @@ impl Described for Cube {
         manual: manual!("cube.rs": "Cube"),
         name: "cube",
         summary: "The cube from -1 to 1 on every axis, with outward normals.",
-        params: &[super::TO_WORLD, super::FLIP_NORMALS],
+        params: &[super::TO_WORLD, super::FLIP_NORMALS, super::FLAT],
         examples: &[
             r#"<shape type="cube"/>"#,
             r#"<shape type="cube"><transform name="to_world"><matrix value="2 0.5 0.1 1 0 1.5 0.2 -1 0.3 0 1 2 0 0 0 1"/>

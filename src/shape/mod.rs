@@ -290,6 +290,7 @@ impl Geometry {
 // The parameters that every shape has.
 const TO_WORLD: Param =
     Param::optional("to_world", ParamKind::Transform, "the identity", "transform from shape space to world space");
+const FLAT: Param = Param::ignored("face_normals", ParamKind::Boolean, "the faces are flat anyway");
 const FLIP_NORMALS: Param = Param::new("flip_normals", ParamKind::Boolean, "false", "whether to reverse the normals");
 
 /// A geometry and the orientation of its normals.

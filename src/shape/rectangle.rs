@@ -22,7 +22,7 @@ impl Described for Rectangle {
         manual: manual!("rectangle.rs": "Rectangle"),
         name: "rectangle",
         summary: "The square from -1 to 1 in x and y in the plane z = 0, with normal +z.",
-        params: &[super::TO_WORLD, super::FLIP_NORMALS],
+        params: &[super::TO_WORLD, super::FLIP_NORMALS, super::FLAT],
         examples: &[
             r#"<shape type="rectangle"/>"#,
             r#"<shape type="rectangle"><transform name="to_world"><matrix value="2 0.5 0.1 1 0 1.5 0.2 -1 0.3 0 1 2 0 0 0 1"/>

@@ -54,6 +54,8 @@ impl Described for Bitmap {
                 "whether images with 8 or 16 bits per channel are linear instead of sRGB",
             ),
             Param::optional("to_uv", ParamKind::Transform, "the identity", "a transform of the uv coordinates"),
+            Param::ignored("format", ParamKind::String, "texels are 32-bit floats"),
+            Param::ignored("accel", ParamKind::Boolean, "textures are interpolated in software"),
         ],
         examples: &[],
         evidence: &["reference/metal-spheres", "reference/torus-thinlens"],
