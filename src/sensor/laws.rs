@@ -98,26 +98,30 @@ fn projection(_: Effort) -> Vec<Finding> {
     for (name, size, params, half_width) in fields() {
         for (plugin, more) in [("perspective", ""), ("thinlens", lens)] {
             let camera = camera(plugin, &(params.clone() + more), size);
-            findings.push(Finding::error(
-                format!("{plugin}, {name}"),
-                projection_error(&camera, size, half_width),
-                1e-12,
-            ));
+            let error = projection_error(&camera, size, half_width, DVec2::splat(0.5));
+            findings.push(Finding::error(format!("{plugin}, {name}"), error, 1e-12));
         }
     }
+    let (size, half_width) = ((64, 36), 20.0_f64.to_radians().tan());
+    let error = projection_error(&camera("perspective", OFF_AXIS, size), size, half_width, DVec2::new(0.3, 0.65));
+    findings.push(Finding::error("perspective, axis to the left and below", error, 1e-12));
     findings
 }
 
+/// An optical axis at 0.3 of the film's width and 0.65 of its height.
+const OFF_AXIS: &str = r#"<float name="fov" value="40"/><float name="principal_point_offset_x" value="0.2"/>
+    <float name="principal_point_offset_y" value="-0.15"/>"#;
+
 /// The maximum error of rays through projected points: the distance from the point, and the errors of their ends and
-/// lengths.
-fn projection_error(camera: &Camera, (width, height): (u32, u32), half_width: f64) -> f64 {
+/// lengths. The optical axis crosses the film at `axis`, as fractions of its width and height.
+fn projection_error(camera: &Camera, (width, height): (u32, u32), half_width: f64, axis: DVec2) -> f64 {
     let film = DVec2::new(f64::from(width), f64::from(height));
     let points = [DVec3::new(-0.2, 1.0, 0.3), DVec3::new(-0.4, 1.5, 0.1), DVec3::new(0.9, 1.8, -0.7)];
     let error = |p: DVec3| {
         let local = to_camera(p);
         // Left on the film is left in the world, rows count downwards, and pixels are square.
         let pixels = 0.5 * film.x / half_width;
-        let position = 0.5 * film - pixels * local.truncate() / local.z;
+        let position = axis * film - pixels * local.truncate() / local.z;
         let ray = camera.ray(position, DVec2::splat(0.5));
         let distance = ray.direction.cross(p - ray.origin).length();
         let (near, far) = (to_camera(ray.origin).z, to_camera(ray.at(ray.t_max)).z);
@@ -189,9 +193,13 @@ const STEP: f64 = 1e-4;
 fn importance(effort: Effort) -> Vec<Finding> {
     let lens = r#"<float name="aperture_radius" value="0.2"/><float name="focus_distance" value="3"/>"#;
     let mut findings = Vec::new();
-    for (name, size, params, _) in fields() {
+    let off_axis = ("axis to the left and below", (64, 36), OFF_AXIS.to_owned(), 0.0);
+    for (name, size, params, _) in fields().into_iter().chain([off_axis]) {
         for (turned, turn) in [("", ""), (", mirrored", r#"<scale x="-1"/>"#)] {
-            for (plugin, more) in [("perspective", ""), ("thinlens", lens)] {
+            let plugins = [("perspective", ""), ("thinlens", lens)];
+            // A thin lens has its axis in the centre.
+            let count = if params == OFF_AXIS { 1 } else { 2 };
+            for (plugin, more) in &plugins[..count] {
                 let camera = turned_camera(plugin, turn, &(params.clone() + more), size);
                 let [position, density] = sample_errors(&camera, size, effort.samples(50));
                 let name = format!("{plugin}, {name}{turned}");

@@ -118,6 +118,7 @@ const TO_WORLD: Param = Param::optional(
     "the identity",
     "maps the camera to the world; it looks along +z, and +x is left",
 );
+const NO_FOCUS: Param = Param::ignored("focus_distance", ParamKind::Float, "everything is in focus");
 const FILM: Param = Param::optional("film", ParamKind::Object(Category::Film), "hdrfilm, 768 x 576", "the film");
 const SAMPLER: Param = Param::optional("sampler", ParamKind::Object(Category::Sampler), "independent", "the sampler");
 
@@ -126,8 +127,8 @@ const SAMPLER: Param = Param::optional("sampler", ParamKind::Object(Category::Sa
 struct Projection {
     to_world: DAffine3,
     to_local: DAffine3,
-    /// Half the width and height of the film at depth 1.
-    half_size: DVec2,
+    /// The position of the film's top left corner at depth 1, to the left of the optical axis and above it.
+    corner: DVec2,
     /// The width and height of a pixel at depth 1.
     pixel: DVec2,
     near: f64,
@@ -145,7 +146,13 @@ impl Projection {
         check_rigid(params, &to_world)?;
         let tangent = Self::half_width(params, film)?;
         let half_size = DVec2::new(tangent, tangent * film.y / film.x);
-        Ok(Self { to_world, to_local: to_world.inverse(), half_size, pixel: 2.0 * half_size / film, near, far })
+        let pixel = 2.0 * half_size / film;
+        Ok(Self { to_world, to_local: to_world.inverse(), corner: half_size, pixel, near, far })
+    }
+
+    /// The same frustum with a film that is shifted to the right and downwards, in widths and heights of the film.
+    fn shifted(self, offset: DVec2) -> Self {
+        Self { corner: self.corner - 2.0 * offset * self.corner, ..self }
     }
 
     /// The tangent of half the horizontal field of view.
@@ -182,7 +189,7 @@ impl Projection {
 
     /// The local direction through a position on the film, with a z of 1.
     fn direction(&self, film: DVec2) -> DVec3 {
-        (self.half_size - film * self.pixel).extend(1.0)
+        (self.corner - film * self.pixel).extend(1.0)
     }
 
     /// The world-space ray from a local origin, which starts and ends on the clipping planes.
@@ -212,7 +219,7 @@ impl Projection {
         let solid_angle = self.pixel.x * self.pixel.y * cos * cos * cos;
         let start = self.to_world.transform_point3(origin + offset * (self.near / local.z));
         Some(SensorSample {
-            film: (self.half_size - at_depth_one) / self.pixel,
+            film: (self.corner - at_depth_one) / self.pixel,
             direction: self.to_world.transform_vector3(offset / -distance),
             ray: Ray::between(p, start),
             importance: 1.0 / (solid_angle * distance_squared),

@@ -1,11 +1,12 @@
 use glam::{DVec2, DVec3};
 
 use super::{
-    FAR_CLIP, FILM, FOCAL_LENGTH, FOV, FOV_AXIS, NEAR_CLIP, Projection, SAMPLER, SensorModel, SensorSample, TO_WORLD,
+    FAR_CLIP, FILM, FOCAL_LENGTH, FOV, FOV_AXIS, NEAR_CLIP, NO_FOCUS, Projection, SAMPLER, SensorModel, SensorSample,
+    TO_WORLD,
 };
 use crate::{
     math::Ray,
-    scene_file::{Category, Described, Params, Plugin, SceneError, manual},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError, manual},
 };
 
 /// A pinhole camera.
@@ -20,13 +21,39 @@ impl Described for Perspective {
         manual: manual!("perspective.rs": "Perspective"),
         name: "perspective",
         summary: "A pinhole camera.",
-        params: &[FOV, FOCAL_LENGTH, FOV_AXIS, NEAR_CLIP, FAR_CLIP, TO_WORLD, FILM, SAMPLER],
-        examples: &[r#"<sensor type="perspective"><float name="fov" value="40"/><film type="hdrfilm"/></sensor>"#],
+        params: &[
+            FOV,
+            FOCAL_LENGTH,
+            FOV_AXIS,
+            Param::new(
+                "principal_point_offset_x",
+                ParamKind::Float,
+                "0",
+                "the position of the optical axis on the film to the left of its centre, in widths of the film",
+            ),
+            Param::new(
+                "principal_point_offset_y",
+                ParamKind::Float,
+                "0",
+                "the position of the optical axis on the film above its centre, in heights of the film",
+            ),
+            NEAR_CLIP,
+            FAR_CLIP,
+            TO_WORLD,
+            FILM,
+            SAMPLER,
+            NO_FOCUS,
+        ],
+        examples: &[
+            r#"<sensor type="perspective"><float name="fov" value="40"/><film type="hdrfilm"/></sensor>"#,
+            r#"<sensor type="perspective"><float name="principal_point_offset_x" value="0.25"/><film type="hdrfilm"/></sensor>"#,
+        ],
         evidence: &["sensor/projection", "sensor/importance", "film/coverage"],
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
-        Ok(Self { projection: Projection::read(params)? })
+        let offset = DVec2::new(params.float("principal_point_offset_x")?, params.float("principal_point_offset_y")?);
+        Ok(Self { projection: Projection::read(params)?.shifted(offset) })
     }
 }
 

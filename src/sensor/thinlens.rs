@@ -16,6 +16,8 @@ pub struct ThinLens {
     focus_distance: f64,
 }
 
+const RADIUS: Range = Range { open: false, ..Range::LENGTH };
+
 impl Described for ThinLens {
     const PLUGIN: Plugin = Plugin {
         category: Category::Sensor,
@@ -23,7 +25,8 @@ impl Described for ThinLens {
         name: "thinlens",
         summary: "A camera with an ideal thin lens, for depth of field.",
         params: &[
-            Param::required("aperture_radius", ParamKind::Float, "the radius of the lens").within(Range::LENGTH),
+            Param::required("aperture_radius", ParamKind::Float, "the radius of the lens; 0 is a pinhole")
+                .within(RADIUS),
             Param::optional("focus_distance", ParamKind::Float, "far_clip", "the depth of the plane in focus")
                 .within(Range::LENGTH),
             FOV,
