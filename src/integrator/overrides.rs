@@ -1,6 +1,8 @@
+use std::time::Duration;
+
 use super::Integrator;
 use crate::scene_file::{
-    Category, Document, Object, ObjectId, Override, Property, SceneError, SourceLocation, Value, whole_number,
+    Category, Document, Object, ObjectId, Override, Property, SceneError, SourceLocation, TIMEOUT, Value, whole_number,
 };
 
 /// The error message for a scene without an integrator.
@@ -32,13 +34,24 @@ impl Integrator {
         Self::read(&document, id)
     }
 
-    /// The integrator as text: its name, and the parameters that are set.
+    /// The time after which the integrator of a scene's document ends a render; None without a limit.
+    ///
+    /// # Errors
+    /// As [`Integrator::of_scene`].
+    pub fn timeout(document: &Document, overrides: &Overrides) -> Result<Option<Duration>, SceneError> {
+        let (document, id) = overrides.applied(document)?;
+        let seconds = Self::params(&document, id)?.float(TIMEOUT.name)?;
+        // A negative number is no duration.
+        Ok(Duration::try_from_secs_f64(seconds).ok().filter(|duration| !duration.is_zero()))
+    }
+
+    /// The integrator as text: its name, and the parameters that are set and determine the image.
     ///
     /// # Errors
     /// If the scene has no integrator and none is named.
     pub fn described(document: &Document, overrides: &Overrides) -> Result<String, SceneError> {
         let (document, id) = overrides.applied(document)?;
-        Ok(document.describe(id, &[]))
+        Ok(document.describe(id, &[TIMEOUT.name]))
     }
 }
 

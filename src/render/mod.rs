@@ -5,7 +5,7 @@ pub mod checkpoint;
 pub mod drive;
 pub mod reach;
 
-use std::ops::Range;
+use std::{ops::Range, time::Duration};
 
 use rayon::prelude::*;
 
@@ -31,6 +31,8 @@ pub struct Renderer {
     pub scene: Scene,
     /// The integrator.
     pub integrator: Integrator,
+    /// The time after which a render ends, if the scene sets one.
+    pub timeout: Option<Duration>,
 }
 
 /// The address of one estimate of the whole image, and its number of samples.
@@ -68,7 +70,8 @@ impl Renderer {
             let what = format!("the integrator \"{}\" cannot render this scene: {why}", integrator.plugin().name);
             SceneError::at(&document.object(document.root).place, what)
         })?;
-        Ok(Self { scene, integrator })
+        let timeout = Integrator::timeout(document, overrides)?;
+        Ok(Self { scene, integrator, timeout })
     }
 
     /// Warnings for the user, such as triangles that were left out, or a scene without light; one line each.
@@ -218,7 +221,7 @@ impl Rendering<'_> {
 
     /// Begins the iteration of a sample: photon mappers emit their photons.
     fn begin_iteration(&mut self, sample: u32) {
-        let Renderer { scene, integrator } = self.renderer;
+        let Renderer { scene, integrator, .. } = self.renderer;
         let iteration = Iteration { seed: self.replicate.seed, replicate: self.replicate.number, sample };
         self.estimator = Some(integrator.begin(scene, &iteration, &self.state));
     }

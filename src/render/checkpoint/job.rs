@@ -251,7 +251,7 @@ impl RenderJob {
         let plan = Plan {
             ranges,
             start: controls.start,
-            time: request.time_limit,
+            time: request.time_limit.or(renderer.timeout),
             target_error: request.target_error,
             interrupted: controls.interrupted,
             every: controls.checkpoint_every,
