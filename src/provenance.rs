@@ -26,6 +26,8 @@ pub fn files(document: &Document) -> Vec<PathBuf> {
             }
         }
     }
+    // Objects that nothing uses may name files that do not exist.
+    others.retain(|file| file.exists());
     others.sort();
     others.dedup();
     document.files.iter().cloned().chain(others).collect()

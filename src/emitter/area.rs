@@ -35,6 +35,10 @@ impl Described for Area {
 }
 
 impl EmitterModel for Area {
+    fn is_of_surface(&self) -> bool {
+        true
+    }
+
     fn sample_direction(&self, shape: Option<&Shape>, from: DVec3, u: DVec2) -> Option<EmitterSample> {
         let shape_sample = shape?.sample_direction(from, u)?;
         let to_light = shape_sample.p - from;

@@ -140,6 +140,11 @@ pub trait EmitterModel {
         Rgb::ZERO
     }
 
+    /// Whether it emits from the surface of a shape, and so must belong to one.
+    fn is_of_surface(&self) -> bool {
+        false
+    }
+
     /// Whether it is an environment, which surrounds the scene.
     fn is_environment(&self) -> bool {
         false

@@ -6,43 +6,55 @@ use super::{Scene, SceneEmitter, SceneShape};
 use crate::{
     bsdf::{Bsdf, BsdfModel as _, Diffuse},
     emitter::{BoundingSphere, Emitter, EmitterModel as _},
+    film::{FilmPlugin, Filter},
     math::{Aabb, Rgb},
+    sampler::Sampler,
     scene_file::{
         Category, Document, FARTHEST, Manual, ObjectId, Param, ParamKind, Params, Plugin, SceneError, SourceLocation,
     },
     sensor::Sensor,
     shape::{Shape, ShapeModel as _, Shapes},
+    texture::Texture,
 };
 
-/// The parameters of the scene element: hints for acceleration structures that this renderer does not use.
+/// The scene element. Its parameters are hints for acceleration structures that this renderer does not use.
 pub(crate) const SCENE: Plugin = Plugin {
     category: Category::Scene,
     manual: Manual::NONE,
     name: "",
     summary: "The outermost element.",
     params: &[
-        Param::new(
-            "embree_use_robust_intersections",
-            ParamKind::Boolean,
-            "false",
-            "accepted; intersections are always robust",
-        ),
-        Param::new("kd_intersection_cost", ParamKind::Float, "20", "accepted; has no effect"),
-        Param::new("kd_traversal_cost", ParamKind::Float, "15", "accepted; has no effect"),
-        Param::new("kd_empty_space_bonus", ParamKind::Float, "0.9", "accepted; has no effect"),
-        Param::new("kd_max_depth", ParamKind::Integer, "0", "accepted; has no effect"),
-        Param::new("kd_min_max_bins", ParamKind::Integer, "128", "accepted; has no effect"),
-        Param::new("kd_stop_prims", ParamKind::Integer, "3", "accepted; has no effect"),
-        Param::new("kd_clip", ParamKind::Boolean, "true", "accepted; has no effect"),
-        Param::new("kd_retract_bad_splits", ParamKind::Boolean, "true", "accepted; has no effect"),
-        Param::new("kd_exact_primitive_threshold", ParamKind::Integer, "65536", "accepted; has no effect"),
+        hint("embree_use_robust_intersections", ParamKind::Boolean),
+        hint("allow_thread_reordering", ParamKind::Boolean),
+        hint("kd_intersection_cost", ParamKind::Float),
+        hint("kd_traversal_cost", ParamKind::Float),
+        hint("kd_empty_space_bonus", ParamKind::Float),
+        hint("kd_max_depth", ParamKind::Integer),
+        hint("kd_min_max_bins", ParamKind::Integer),
+        hint("kd_stop_prims", ParamKind::Integer),
+        hint("kd_clip", ParamKind::Boolean),
+        hint("kd_retract_bad_splits", ParamKind::Boolean),
+        hint("kd_exact_primitive_threshold", ParamKind::Integer),
     ],
     examples: &[],
     evidence: &[],
 };
 
-/// Mitsuba's categories that this renderer does not support.
-const UNSUPPORTED: [Category; 3] = [Category::Medium, Category::Phase, Category::Volume];
+const fn hint(name: &'static str, kind: ParamKind) -> Param {
+    Param::ignored(name, kind, "the hierarchy of étendue has no such setting")
+}
+
+/// The categories whose objects are used by other objects only.
+const PARTS: [Category; 8] = [
+    Category::Bsdf,
+    Category::Texture,
+    Category::Film,
+    Category::Filter,
+    Category::Sampler,
+    Category::Medium,
+    Category::Phase,
+    Category::Volume,
+];
 
 impl Scene {
     /// Builds the scene of a document whose root is a `<scene>`.
@@ -51,7 +63,6 @@ impl Scene {
     /// All faults of its elements, and a missing sensor.
     pub fn build(document: &Document) -> Result<Self, SceneError> {
         let params = Params::of(document, document.root, Category::Scene, &[&SCENE])?;
-        check_hints(&params)?;
         let mut builder = Builder::new(document);
         // The renderer reads the integrator.
         builder.keep(params.child(Category::Integrator));
@@ -63,18 +74,6 @@ impl Scene {
         }
         builder.finish(sensor.expect("without a sensor there is a fault"))
     }
-}
-
-/// Reads the parameters that have no effect, so that a wrong type is still an error.
-fn check_hints(params: &Params<'_>) -> Result<(), SceneError> {
-    for Param { name, kind, .. } in SCENE.params {
-        match kind {
-            ParamKind::Boolean => params.boolean(name).map(drop)?,
-            ParamKind::Integer => params.integer(name).map(drop)?,
-            _ => params.float(name).map(drop)?,
-        }
-    }
-    Ok(())
 }
 
 /// Checks that the finite coordinates of a shape are small enough for accurate arithmetic.
@@ -106,6 +105,8 @@ fn check_closed<'b>(
 
 struct Builder<'d> {
     document: &'d Document,
+    /// The number of uses of each object.
+    uses: Vec<usize>,
     shapes: Vec<Shape>,
     scene_shapes: Vec<SceneShape>,
     materials: Vec<usize>,
@@ -124,6 +125,7 @@ impl<'d> Builder<'d> {
     fn new(document: &'d Document) -> Self {
         Self {
             document,
+            uses: document.uses(),
             shapes: Vec::new(),
             scene_shapes: Vec::new(),
             materials: Vec::new(),
@@ -163,7 +165,6 @@ impl<'d> Builder<'d> {
     }
 
     fn read_elements(&mut self, params: &Params<'_>) {
-        let document = self.document;
         for id in params.children(Category::Shape) {
             let read = self.shape(id);
             self.keep(read);
@@ -172,20 +173,31 @@ impl<'d> Builder<'d> {
             let read = self.emitter(id, None);
             self.keep(read);
         }
-        // Materials and textures without a reference are checked too.
-        for id in params.children(Category::Bsdf) {
-            let read = self.bsdf(id);
-            self.keep(read);
-        }
-        for id in params.children(Category::Texture) {
-            self.keep(crate::texture::Texture::read(document, id));
-        }
-        for category in UNSUPPORTED {
-            for id in params.children(category) {
-                let what = format!("a {category} is not supported");
-                self.keep::<()>(Err(SceneError::at(&document.object(id).place, what)));
+        for id in PARTS.into_iter().flat_map(|category| params.children(category)) {
+            if self.is_unused(id) {
+                self.check_unused(id);
             }
         }
+    }
+
+    /// Whether no object but the scene has this child of the scene.
+    fn is_unused(&self, id: ObjectId) -> bool {
+        self.uses[id.0] == 1
+    }
+
+    /// Checks an object that nothing uses. Its faults are warnings, because they do not change the image.
+    fn check_unused(&mut self, id: ObjectId) {
+        let (document, category) = (self.document, self.document.object(id).category);
+        let read = match category {
+            Category::Bsdf => Bsdf::read(document, id).map(drop),
+            Category::Texture => Texture::read(document, id).map(drop),
+            Category::Film => FilmPlugin::read(document, id).map(drop),
+            Category::Filter => Filter::read(document, id).map(drop),
+            Category::Sampler => Sampler::read(document, id).map(drop),
+            _ => Ok(()),
+        };
+        let faults = read.err().into_iter().flat_map(|error| error.0);
+        self.warnings.extend(faults.map(|fault| format!("{fault}; nothing uses this {category}")));
     }
 
     fn shape(&mut self, id: ObjectId) -> Result<(), SceneError> {
@@ -247,17 +259,20 @@ impl<'d> Builder<'d> {
     fn emitter(&mut self, id: ObjectId, shape_index: Option<usize>) -> Result<(), SceneError> {
         let emitter = Emitter::read(self.document, id)?;
         let place = &self.document.object(id).place;
+        if shape_index.is_none() && emitter.is_of_surface() {
+            // As in Mitsuba, it may be declared outside of the shape that uses it.
+            if self.is_unused(id) {
+                self.warnings.push(format!("{place}: no shape uses this emitter, so it emits no light"));
+            }
+            return Ok(());
+        }
         if !self.emitter_elements.insert(id) {
             let error = SceneError::at(place, "this emitter is used more than once");
             return Err(error.hint("give each shape its own emitter"));
         }
-        let is_area_light = matches!(emitter, Emitter::Area(_));
-        if is_area_light != shape_index.is_some() {
-            let (what, hint) = match shape_index {
-                Some(_) => ("this emitter cannot belong to a shape", "only an area emitter can"),
-                None => ("an area emitter must be inside a shape", "put it inside the shape that emits light"),
-            };
-            return Err(SceneError::at(place, what).hint(hint));
+        if shape_index.is_some() && !emitter.is_of_surface() {
+            let error = SceneError::at(place, "this emitter cannot belong to a shape");
+            return Err(error.hint("only an area emitter can"));
         }
         if emitter.is_environment() && self.environment.replace(self.emitters.len()).is_some() {
             return Err(SceneError::at(place, "the scene has a second environment emitter").hint("give it only one"));

@@ -170,19 +170,18 @@ fn scenes_that_lack_parts_or_have_too_many() {
             ),
         ),
         ("two skies", shapes(SKY, &["the scene has a second environment emitter; give it only one"])),
-        ("medium", shapes("<medium type=\"homogeneous\"/>", &["a medium is not supported"])),
+        (
+            "medium",
+            shapes(
+                r#"<shape type="sphere"><medium name="interior" type="homogeneous"/></shape>"#,
+                &["a shape \"sphere\" takes no medium \"homogeneous\""],
+            ),
+        ),
         (
             "glass with two sides",
             shapes(
                 r#"<shape type="sphere"><bsdf type="twosided"><bsdf type="dielectric"/></bsdf></shape>"#,
                 &["this bsdf transmits light; only bsdfs that reflect can be two-sided"],
-            ),
-        ),
-        (
-            "lamp without a shape",
-            shapes(
-                "<emitter type=\"area\"/>",
-                &["an area emitter must be inside a shape; put it inside the shape that emits light"],
             ),
         ),
     ]);
@@ -208,14 +207,14 @@ fn plugins_that_are_unknown() {
         (
             "a plugin of Mitsuba",
             shapes(
-                "<bsdf type=\"principled\"/>",
+                r#"<shape type="sphere"><bsdf type="principled"/></shape>"#,
                 &["no bsdf is called \"principled\" here; Mitsuba 3.9 has it, étendue does not yet"],
             ),
         ),
         (
             "a plugin of Mitsuba that is out of scope",
             shapes(
-                "<bsdf type=\"retarder\"/>",
+                r#"<shape type="sphere"><bsdf type="retarder"/></shape>"#,
                 &[
                     "no bsdf is called \"retarder\" here; Mitsuba 3.9 has it; it is out of étendue's scope (polarisation)",
                 ],
@@ -261,7 +260,7 @@ fn values_out_of_range() {
         (
             "reflectance",
             shapes(
-                r#"<bsdf type="diffuse"><rgb name="reflectance" value="0.5, 2, 0.5"/></bsdf>"#,
+                r#"<shape type="sphere"><bsdf type="diffuse"><rgb name="reflectance" value="0.5, 2, 0.5"/></bsdf></shape>"#,
                 &["\"reflectance\" is [0.5, 2, 0.5]; each channel must be a number from 0 to 1"],
             ),
         ),
@@ -282,7 +281,7 @@ fn values_out_of_range() {
         (
             "metal",
             shapes(
-                r#"<bsdf type="conductor"><rgb name="eta" value="1e200"/><rgb name="k" value="1"/></bsdf>"#,
+                r#"<shape type="sphere"><bsdf type="conductor"><rgb name="eta" value="1e200"/><rgb name="k" value="1"/></bsdf></shape>"#,
                 &["\"eta\" is [1e200, 1e200, 1e200]; each channel must be a number from 0 to 1000000"],
             ),
         ),
@@ -352,7 +351,8 @@ fn several_faults_at_once() {
         (
             "three faults",
             shapes(
-                &[float("r", "1"), float("radius", "0"), "<bsdf type=\"x\"/>".into()].concat(),
+                &[float("r", "1"), float("radius", "0"), r#"<shape type="cube"><bsdf type="x"/></shape>"#.into()]
+                    .concat(),
                 &["\"r\"", "\"radius\"", "\"x\""],
             ),
         ),
@@ -362,7 +362,7 @@ fn several_faults_at_once() {
 #[test]
 fn files_that_are_missing_or_broken() {
     const PLY: &str = r#"<shape type="ply"><string name="filename" value="m.ply"/></shape>"#;
-    const BITMAP: &str = r#"<bsdf type="diffuse"><texture type="bitmap" name="reflectance"><string name="filename" value="t.png"/></texture></bsdf>"#;
+    const BITMAP: &str = r#"<shape type="sphere"><bsdf type="diffuse"><texture type="bitmap" name="reflectance"><string name="filename" value="t.png"/></texture></bsdf></shape>"#;
     let mesh = |vertices: &str, faces: &str, promised: u64| {
         format!(
             "ply\nformat ascii 1.0\nelement vertex {promised}\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n{vertices}{faces}"
@@ -537,11 +537,11 @@ fn faults_come_in_the_order_of_their_lines() {
     let parts = [
         "<emitter type=\"sunny\"/>",
         "<include filename=\"part.xml\"/>",
-        "<bsdf type=\"difuse\"/>",
+        "<shape type=\"cube\"><bsdf type=\"difuse\"/></shape>",
         "<shape type=\"spere\"/>",
         &sensor,
         "<integrator type=\"pth\"/>",
-        "<texture type=\"bitmab\"/>",
+        "<sensor type=\"batsh\"/>",
     ];
     folder.write("scene.xml", kit::scene_of(&parts));
     let places = || {
