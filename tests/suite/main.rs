@@ -18,6 +18,7 @@ mod layers;
 mod library;
 #[cfg(target_os = "linux")]
 mod memory;
+mod mitsuba_scenes;
 mod photons;
 mod semantics;
 mod solids;
