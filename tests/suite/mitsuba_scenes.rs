@@ -77,6 +77,9 @@ fn objects_are_declared_anywhere_and_used_by_reference() {
     let inside = format!(r#"<shape type="sphere">{lamp}</shape>"#);
     let outside = format!(r#"{lamp}<shape type="sphere"><ref id="l"/></shape>"#);
     assert_eq!(bits_of(INTEGRATOR, &sensor, &outside), bits_of(INTEGRATOR, SENSOR, &inside));
+    let folder = Folder::with_scene(&kit::scene_of(&[INTEGRATOR, &sensor, SKY, &outside]));
+    let said = run(&mut folder.etendue("render scene.xml -o a.exr --quiet"));
+    assert_eq!((said.code, &*said.err), (Some(0), ""));
 }
 
 #[test]
