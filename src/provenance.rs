@@ -15,19 +15,17 @@ pub fn version() -> String {
     }
 }
 
-/// The files of a scene: its XML files, the scene file first, then meshes and textures by name.
+/// The files of a scene: its XML files, the scene file first, then the meshes and textures that it uses, by name.
 #[must_use]
 pub fn files(document: &Document) -> Vec<PathBuf> {
     let mut others: Vec<PathBuf> = Vec::new();
-    for object in &document.objects {
+    for (object, _) in document.objects.iter().zip(document.used()).filter(|(_, is_used)| *is_used) {
         for property in object.properties.iter().filter(|property| property.name == "filename") {
             if let Value::String(name) = &property.value {
                 others.push(object.folder.join(name));
             }
         }
     }
-    // Objects that nothing uses may name files that do not exist.
-    others.retain(|file| file.exists());
     others.sort();
     others.dedup();
     document.files.iter().cloned().chain(others).collect()

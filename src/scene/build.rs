@@ -44,18 +44,6 @@ const fn hint(name: &'static str, kind: ParamKind) -> Param {
     Param::ignored(name, kind, "the hierarchy of étendue has no such setting")
 }
 
-/// The categories whose objects are used by other objects only.
-const PARTS: [Category; 8] = [
-    Category::Bsdf,
-    Category::Texture,
-    Category::Film,
-    Category::Filter,
-    Category::Sampler,
-    Category::Medium,
-    Category::Phase,
-    Category::Volume,
-];
-
 impl Scene {
     /// Builds the scene of a document whose root is a `<scene>`.
     ///
@@ -105,8 +93,8 @@ fn check_closed<'b>(
 
 struct Builder<'d> {
     document: &'d Document,
-    /// The number of uses of each object.
-    uses: Vec<usize>,
+    /// Whether the image depends on each object.
+    used: Vec<bool>,
     shapes: Vec<Shape>,
     scene_shapes: Vec<SceneShape>,
     materials: Vec<usize>,
@@ -125,7 +113,7 @@ impl<'d> Builder<'d> {
     fn new(document: &'d Document) -> Self {
         Self {
             document,
-            uses: document.uses(),
+            used: document.used(),
             shapes: Vec::new(),
             scene_shapes: Vec::new(),
             materials: Vec::new(),
@@ -173,16 +161,12 @@ impl<'d> Builder<'d> {
             let read = self.emitter(id, None);
             self.keep(read);
         }
-        for id in PARTS.into_iter().flat_map(|category| params.children(category)) {
-            if self.is_unused(id) {
+        let parts = Category::ALL.into_iter().map(|(category, _)| category).filter(|category| category.is_part());
+        for id in parts.flat_map(|category| params.children(category)) {
+            if !self.used[id.0] {
                 self.check_unused(id);
             }
         }
-    }
-
-    /// Whether no object but the scene has this child of the scene.
-    fn is_unused(&self, id: ObjectId) -> bool {
-        self.uses[id.0] == 1
     }
 
     /// Checks an object that nothing uses. Its faults are warnings, because they do not change the image.
@@ -196,8 +180,13 @@ impl<'d> Builder<'d> {
             Category::Sampler => Sampler::read(document, id).map(drop),
             _ => Ok(()),
         };
-        let faults = read.err().into_iter().flat_map(|error| error.0);
-        self.warnings.extend(faults.map(|fault| format!("{fault}; nothing uses this {category}")));
+        for fault in read.err().into_iter().flat_map(|error| error.0) {
+            let warning = format!("{fault}; nothing uses this {category}");
+            // Another unused object may refer to this one.
+            if !self.warnings.contains(&warning) {
+                self.warnings.push(warning);
+            }
+        }
     }
 
     fn shape(&mut self, id: ObjectId) -> Result<(), SceneError> {
@@ -260,8 +249,8 @@ impl<'d> Builder<'d> {
         let emitter = Emitter::read(self.document, id)?;
         let place = &self.document.object(id).place;
         if shape_index.is_none() && emitter.is_of_surface() {
-            // As in Mitsuba, it may be declared outside of the shape that uses it.
-            if self.is_unused(id) {
+            // As in Mitsuba, it may be declared outside of the shape that uses it. Shapes were read before.
+            if !self.emitter_elements.contains(&id) {
                 self.warnings.push(format!("{place}: no shape uses this emitter, so it emits no light"));
             }
             return Ok(());

@@ -91,6 +91,12 @@ impl Category {
         Self::ALL.iter().find(|(category, _)| *category == self).expect("every category has a tag").1
     }
 
+    /// Whether its objects have an effect only where other objects use them.
+    #[must_use]
+    pub fn is_part(self) -> bool {
+        !matches!(self, Self::Scene | Self::Integrator | Self::Sensor | Self::Shape | Self::Emitter)
+    }
+
     /// The category of a tag.
     #[must_use]
     pub fn from_tag(tag: &str) -> Option<Self> {
@@ -213,15 +219,26 @@ impl Document {
         &self.objects[id.0]
     }
 
-    /// For each object, the number of properties of all objects that are this object.
+    /// For each object, whether the image depends on it: the integrator, the sensors, the shapes and the emitters of the
+    /// scene, and what they refer to.
     #[must_use]
-    pub fn uses(&self) -> Vec<usize> {
-        let mut uses = vec![0; self.objects.len()];
-        for property in self.objects.iter().flat_map(|object| &object.properties) {
-            if let Value::Object(id) = property.value {
-                uses[id.0] += 1;
+    pub fn used(&self) -> Vec<bool> {
+        let mut used = vec![false; self.objects.len()];
+        used[self.root.0] = true;
+        let mut next: Vec<_> = self.children(self.root).filter(|id| !self.object(*id).category.is_part()).collect();
+        while let Some(id) = next.pop() {
+            if !std::mem::replace(&mut used[id.0], true) {
+                next.extend(self.children(id));
             }
         }
-        uses
+        used
+    }
+
+    /// The objects that an object has or refers to, in document order.
+    fn children(&self, parent: ObjectId) -> impl Iterator<Item = ObjectId> {
+        self.object(parent).properties.iter().filter_map(|property| match property.value {
+            Value::Object(id) => Some(id),
+            _ => None,
+        })
     }
 }

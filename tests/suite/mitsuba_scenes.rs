@@ -89,6 +89,7 @@ fn objects_that_nothing_uses_change_nothing_and_their_faults_are_warnings() {
         (r#"<bsdf type="roughplastic" id="never used"/>"#, "no bsdf is called \"roughplastic\" here"),
         (r#"<bsdf type="twosided"><bsdf type="velvet"/></bsdf>"#, "no bsdf is called \"velvet\""),
         (r#"<texture type="bitmap"><string name="filename" value="gone.png"/></texture>"#, "gone.png: "),
+        (r#"<bsdf type="velvet" id="v"/><bsdf type="twosided"><ref id="v"/></bsdf>"#, "no bsdf is called \"velvet\""),
         (r#"<emitter type="area"/>"#, "no shape uses this emitter, so it emits no light"),
         (r#"<medium type="homogeneous"/>"#, ""),
         (r#"<bsdf type="dielectric"><rgb name="absorption" value="1"/></bsdf>"#, ""),
