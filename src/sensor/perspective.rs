@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     math::Ray,
-    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, SceneError, manual},
+    scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
 };
 
 /// A pinhole camera.
@@ -14,6 +14,9 @@ use crate::{
 pub struct Perspective {
     projection: Projection,
 }
+
+/// Far beyond any lens, and small enough for accurate arithmetic.
+const OFFSET: Range = Range { min: -1e3, max: 1e3, open: false };
 
 impl Described for Perspective {
     const PLUGIN: Plugin = Plugin {
@@ -30,13 +33,15 @@ impl Described for Perspective {
                 ParamKind::Float,
                 "0",
                 "the position of the optical axis on the film to the left of its centre, in widths of the film",
-            ),
+            )
+            .within(OFFSET),
             Param::new(
                 "principal_point_offset_y",
                 ParamKind::Float,
                 "0",
                 "the position of the optical axis on the film above its centre, in heights of the film",
-            ),
+            )
+            .within(OFFSET),
             NEAR_CLIP,
             FAR_CLIP,
             TO_WORLD,
