@@ -52,7 +52,7 @@ impl Progress {
             pixels: u64::from(crop.width) * u64::from(crop.height),
             before: etendue::render::drive::count(&record.taken),
             to_do: record.goal.map(|_| to_do),
-            time_limit: options.time_limit,
+            time_limit: options.time_limit.or(renderer.timeout),
             target_error: options.target_error,
         };
         let (bar, template) = match work.to_do {
