@@ -40,7 +40,7 @@
 //!
 //! 1. **Foundations.** [`memory`] allocates large arrays and reports failures. [`math`] has rays, boxes, frames,
 //!    densities and random streams. [`stats`] has moments, exact sums, tests and the verdict on two images. [`law`]
-//!    defines claims and how they are judged.
+//!    defines claims and how they are judged. [`spectrum`] converts spectra to RGB.
 //! 2. **Scene descriptions.** [`scene_file`] makes a [`Document`](scene_file::Document) from Mitsuba's XML
 //!    ([`scene_file::xml`]) or from code ([`scene_file::builder`]). [`provenance`] hashes the files of a scene.
 //! 3. **Scenes.** Each kind of plugin has a module with a closed list of members, whose documentation is their manual:
@@ -65,6 +65,7 @@ pub mod memory;
 pub mod math;
 pub mod stats;
 pub mod law;
+pub mod spectrum;
 pub mod scene_file;
 pub mod provenance;
 pub mod texture;

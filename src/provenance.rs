@@ -4,7 +4,7 @@ use std::{fs, io, path::PathBuf};
 
 use sha2::{Digest as _, Sha256};
 
-use crate::scene_file::{Document, Value};
+use crate::scene_file::{Document, Property, Spectrum, Value};
 
 /// The version of this program, with the commit that it was built from, if known.
 #[must_use]
@@ -20,15 +20,21 @@ pub fn version() -> String {
 pub fn files(document: &Document) -> Vec<PathBuf> {
     let mut others: Vec<PathBuf> = Vec::new();
     for (object, _) in document.objects.iter().zip(document.used()).filter(|(_, is_used)| *is_used) {
-        for property in object.properties.iter().filter(|property| property.name == "filename") {
-            if let Value::String(name) = &property.value {
-                others.push(object.folder.join(name));
-            }
-        }
+        others.extend(object.properties.iter().filter_map(file_name).map(|name| object.folder.join(name)));
+    }
     }
     others.sort();
     others.dedup();
     document.files.iter().cloned().chain(others).collect()
+}
+
+/// The file that a property names.
+fn file_name(property: &Property) -> Option<&str> {
+    match &property.value {
+        Value::String(file) if property.name == "filename" => Some(file),
+        Value::Spectrum(Spectrum::File(file)) => Some(file),
+        _ => None,
+    }
 }
 
 /// The SHA-256 of a file's bytes, in hexadecimal.

@@ -54,7 +54,7 @@ impl EmitterModel for Area {
         })
     }
 
-    fn pdf_direction(&self, shape: Option<&Shape>, from: DVec3, surface: Option<&Surface>) -> PerSolidAngle {
+    fn pdf_direction(&self, shape: Option<&Shape>, from: DVec3, _: DVec3, surface: Option<&Surface>) -> PerSolidAngle {
         match (shape, surface) {
             (Some(shape), Some(surface)) => shape.pdf_direction(from, surface),
             _ => PerSolidAngle(0.0),

@@ -40,7 +40,7 @@ impl EmitterModel for Constant {
         })
     }
 
-    fn pdf_direction(&self, _shape: Option<&Shape>, _from: DVec3, surface: Option<&Surface>) -> PerSolidAngle {
+    fn pdf_direction(&self, _: Option<&Shape>, _: DVec3, _: DVec3, surface: Option<&Surface>) -> PerSolidAngle {
         PerSolidAngle(if surface.is_none() { warp::SQUARE_TO_SPHERE_PDF } else { 0.0 })
     }
 

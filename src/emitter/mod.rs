@@ -3,13 +3,16 @@
 mod area;
 mod constant;
 mod directional;
+mod envmap;
 pub mod laws;
+mod orientation;
 mod point;
 mod spot;
 
 pub use area::Area;
 pub use constant::Constant;
 pub use directional::Directional;
+pub use envmap::EnvMap;
 pub use point::Point;
 pub use spot::Spot;
 
@@ -124,9 +127,9 @@ pub trait EmitterModel {
     /// Samples a direction from a point to the emitter; None if the sample carries no light to it.
     fn sample_direction(&self, shape: Option<&Shape>, from: DVec3, u: DVec2) -> Option<EmitterSample>;
 
-    /// The pdf with which [`EmitterModel::sample_direction`] samples the direction to a point of an area light, or a
-    /// direction of the environment (`surface` is None); 0 for delta emitters.
-    fn pdf_direction(&self, _shape: Option<&Shape>, _from: DVec3, _surface: Option<&Surface>) -> PerSolidAngle {
+    /// The pdf with which [`EmitterModel::sample_direction`] samples a unit direction, to a point of an area light or to
+    /// the environment (`surface` is None); 0 for delta emitters.
+    fn pdf_direction(&self, _: Option<&Shape>, _from: DVec3, _: DVec3, _surface: Option<&Surface>) -> PerSolidAngle {
         PerSolidAngle(0.0)
     }
 
@@ -177,5 +180,7 @@ catalogue! {
         Area(Area),
         /// A constant environment.
         Constant(Constant),
+        /// An environment from an image.
+        EnvMap(EnvMap),
     }
 }

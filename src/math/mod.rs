@@ -5,6 +5,7 @@
 
 mod aabb;
 mod distribution;
+mod distribution2d;
 mod frame;
 mod measure;
 mod ray;
@@ -14,6 +15,7 @@ pub mod warp;
 
 pub use aabb::Aabb;
 pub use distribution::{DiscreteSample, Distribution1D};
+pub use distribution2d::BilinearDistribution;
 pub use frame::{Frame, cos_theta};
 pub use measure::{PerArea, PerSolidAngle};
 pub use ray::Ray;

@@ -196,18 +196,23 @@ impl Scene {
         Some((emitter_sample, index))
     }
 
-    /// The pdf with which [`Scene::sample_emitter_direction`] samples the direction to an interaction, or to the
+    /// The pdf with which [`Scene::sample_emitter_direction`] samples a unit direction, to an interaction or to the
     /// environment if `si` is None.
     #[inline]
     #[must_use]
-    pub fn pdf_emitter_direction(&self, from: DVec3, si: Option<&SurfaceInteraction>) -> PerSolidAngle {
+    pub fn pdf_emitter_direction(
+        &self,
+        from: DVec3,
+        direction: DVec3,
+        si: Option<&SurfaceInteraction>,
+    ) -> PerSolidAngle {
         let index = match si {
             Some(si) => self.scene_shapes[si.shape_index].emitter,
             None => self.environment,
         };
         let pdf = index.map_or(0.0, |index| {
             let emitter = &self.emitters[index];
-            emitter.model.pdf_direction(self.shape_of(emitter), from, si.map(|si| &si.surface)).0
+            emitter.model.pdf_direction(self.shape_of(emitter), from, direction, si.map(|si| &si.surface)).0
         });
         PerSolidAngle(pdf / self.emitters.len().max(1) as f64)
     }

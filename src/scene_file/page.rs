@@ -74,7 +74,7 @@ impl ParamKind {
             Self::Integer => "integer",
             Self::Boolean => "boolean",
             Self::String | Self::File | Self::Choice(_) => "string",
-            Self::Rgb => "rgb",
+            Self::Rgb | Self::Index => "rgb",
             Self::Texture => "texture",
             Self::Point => "point",
             Self::Mesh => "mesh",

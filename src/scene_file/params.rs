@@ -6,7 +6,10 @@ use super::{
     Category, DefaultValue, Document, MeshArrays, Object, ObjectId, Param, ParamKind, Plugin, Property, Range,
     SceneError, Spectrum, Value, plugin::number, spelling,
 };
-use crate::math::Rgb;
+use crate::{
+    math::Rgb,
+    spectrum::{self, Quantity},
+};
 
 /// A plugin's view of its own object. It reads parameters according to the plugin's table: it checks types and ranges,
 /// and fills in the defaults. At the end it reports properties that were not read.
@@ -160,20 +163,13 @@ impl<'d> Params<'d> {
         self.required(name, colour)
     }
 
-    /// The colour in a property, each channel within the parameter's range.
-    ///
-    /// A uniform `<spectrum>` is accepted as a grey reflectance. On an emitter it is an error: Mitsuba turns it into
-    /// the colour (1.2048, 0.9483, 0.9087) there.
+    /// The colour in a property, each channel within the parameter's range. A spectrum becomes RGB as in Mitsuba.
     pub fn colour(&self, property: &Property) -> Result<Rgb, SceneError> {
         let rgb = match &property.value {
             Value::Rgb(rgb) => *rgb,
             Value::Float(x) => Rgb::splat(*x),
             Value::Integer(i) => Rgb::splat(*i as f64),
-            Value::Spectrum(Spectrum::Uniform(x)) if self.object.category != Category::Emitter => Rgb::splat(*x),
-            Value::Spectrum(_) => {
-                let error = SceneError::at(&property.place, format!("\"{}\" is spectral", property.name));
-                return Err(error.hint("this renderer works in linear RGB: give <rgb>"));
-            }
+            Value::Spectrum(given) => self.spectrum(property, given)?,
             _ => return Err(self.wrong_type(property, "rgb")),
         };
         let range = self.param(&property.name).range;
@@ -182,6 +178,28 @@ impl<'d> Params<'d> {
         }
         let what = format!("\"{}\" is [{}]", property.name, rgb.to_array().map(number).join(", "));
         Err(SceneError::at(&property.place, what).hint(format!("each channel must be {}", range.describe())))
+    }
+
+    fn spectrum(&self, property: &Property, given: &Spectrum) -> Result<Rgb, SceneError> {
+        let quantity = self.quantity(&property.name);
+        Ok(match given {
+            Spectrum::Uniform(x) => spectrum::uniform_to_rgb(*x, quantity),
+            Spectrum::Tabulated(pairs) => spectrum::to_rgb(pairs, quantity),
+            Spectrum::File(name) => {
+                let pairs = spectrum::read_spd(&self.object.folder.join(name));
+                spectrum::to_rgb(&pairs.map_err(|what| SceneError::at(&property.place, what))?, quantity)
+            }
+        })
+    }
+
+    /// What the values of a spectrum are in a parameter.
+    #[must_use]
+    pub fn quantity(&self, name: &str) -> Quantity {
+        match (self.object.category, self.param(name).kind) {
+            (Category::Emitter, _) => Quantity::Light,
+            (_, ParamKind::Index) => Quantity::Index,
+            _ => Quantity::Reflectance,
+        }
     }
 
     /// Three coordinates.

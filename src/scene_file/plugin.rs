@@ -54,6 +54,8 @@ pub enum ParamKind {
     File,
     /// Linear RGB.
     Rgb,
+    /// An index of refraction in linear RGB.
+    Index,
     /// Linear RGB, a number for grey, or a texture.
     Texture,
     /// Three coordinates: a point or a vector.

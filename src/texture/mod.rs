@@ -6,10 +6,13 @@ mod bitmap;
 mod checkerboard;
 mod constant;
 mod picture_file;
+mod spectra;
 
 pub use bitmap::Bitmap;
 pub use checkerboard::Checkerboard;
 pub use constant::Constant;
+pub(crate) use picture_file::read as read_picture;
+pub use spectra::{BlackBody, D65, Irregular, Regular, Srgb, Uniform};
 
 use enum_dispatch::enum_dispatch;
 use glam::{DAffine3, DVec2};
@@ -17,6 +20,7 @@ use glam::{DAffine3, DVec2};
 use crate::{
     math::Rgb,
     scene_file::{Category, Params, SceneError, Value, catalogue},
+    spectrum::Quantity,
 };
 
 /// The interface of all textures.
@@ -38,6 +42,18 @@ catalogue! {
         Checkerboard(Checkerboard),
         /// An image.
         Bitmap(Bitmap),
+        /// One value at every wavelength.
+        Uniform(Uniform),
+        /// A colour.
+        Srgb(Srgb),
+        /// The standard illuminant D65.
+        D65(D65),
+        /// The emission of a black body.
+        BlackBody(BlackBody),
+        /// A spectrum of values at equal distances.
+        Regular(Regular),
+        /// A spectrum of values at any wavelengths.
+        Irregular(Irregular),
     }
 }
 
@@ -59,7 +75,7 @@ impl Texture {
         let Value::Object(id) = property.value else {
             return params.colour(property).map(Self::constant);
         };
-        let texture = Self::read(params.document(), id)?;
+        let texture = Self::read(params.document(), id)?.used_as(params.quantity(name));
         let (least, greatest) = texture.extremes();
         let (least, greatest) = (least.min_element(), greatest.max_element());
         let range = params.range(name);
@@ -68,6 +84,22 @@ impl Texture {
         }
         let what = format!("the texture \"{name}\" has values from {least} to {greatest}");
         Err(params.error(name, what).hint(format!("each must be {}", range.describe())))
+    }
+}
+
+impl Texture {
+    /// The texture where its values are used as a quantity. Tabulated spectra are another colour as light.
+    fn used_as(self, quantity: Quantity) -> Self {
+        match self {
+            Self::BlackBody(BlackBody(colours))
+            | Self::Regular(Regular(colours))
+            | Self::Irregular(Irregular(colours))
+                if quantity == Quantity::Light =>
+            {
+                Self::constant(colours.light())
+            }
+            other => other,
+        }
     }
 }
 

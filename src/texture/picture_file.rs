@@ -16,13 +16,28 @@ use zune_jpeg::{
 /// A decoded picture. Values of 8 and 16 bits are scaled to [0, 1]. Grey pictures have three equal channels, and alpha
 /// is left out.
 #[derive(Debug)]
-pub(super) struct Decoded {
-    pub(super) width: usize,
-    pub(super) height: usize,
+pub(crate) struct Decoded {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
     /// The texels, row by row.
-    pub(super) texels: Vec<[f32; 3]>,
+    pub(crate) texels: Vec<[f32; 3]>,
     /// Whether the file holds linear floating-point numbers.
-    pub(super) is_linear: bool,
+    pub(crate) is_linear: bool,
+}
+
+impl Decoded {
+    /// The texels in linear RGB. Values of 8 and 16 bits are decoded from sRGB, unless they are raw.
+    pub(crate) fn linear(self, is_raw: bool) -> Vec<[f32; 3]> {
+        if is_raw || self.is_linear {
+            return self.texels;
+        }
+        self.texels.into_iter().map(|texel| texel.map(srgb_to_linear)).collect()
+    }
+}
+
+/// Decodes an sRGB value, IEC 61966-2-1.
+fn srgb_to_linear(x: f32) -> f32 {
+    if x <= 0.040_45 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
 }
 
 /// The largest width and height in texels.
@@ -31,7 +46,7 @@ const MAX_SIDE: usize = 65_536;
 const MAX_BYTES: usize = 1 << 30;
 
 /// Reads a picture. The first bytes of the file determine its format, not its name.
-pub(super) fn read(path: &Path) -> Result<Decoded, String> {
+pub(crate) fn read(path: &Path) -> Result<Decoded, String> {
     let fault = |what: &dyn Display| format!("{}: {what}", path.display());
     let mut reader = File::open(path).map(BufReader::new).map_err(|e| fault(&e))?;
     let start = reader.fill_buf().map_err(|e| fault(&e))?;
@@ -212,6 +227,13 @@ mod tests {
         assert_eq!((decoded.width, decoded.height, decoded.is_linear), (3, 2, true));
         let black = [0.0; 3];
         assert_eq!(decoded.texels, [[1.0, 0.0, 0.5], black, black, [1.0, 1.0, 0.5], black, black]);
+    }
+
+    #[test]
+    fn both_pieces_of_the_srgb_curve_are_decoded() {
+        assert!((srgb_to_linear(0.5) - 0.214_041).abs() < 1e-6);
+        assert!((srgb_to_linear(0.02) - 0.02 / 12.92).abs() < 1e-9);
+        assert!((srgb_to_linear(1.0) - 1.0).abs() < 1e-6);
     }
 
     #[test]

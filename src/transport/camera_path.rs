@@ -100,7 +100,7 @@ impl<'s> CameraPath<'s> {
     #[inline]
     pub fn emission_weight(&self, counts: SampleCounts) -> f64 {
         let Some((from, pdf)) = self.sampled else { return 1.0 };
-        counts.bsdf_weight(pdf, self.scene.pdf_emitter_direction(from, self.si.as_ref()))
+        counts.bsdf_weight(pdf, self.scene.pdf_emitter_direction(from, self.direction, self.si.as_ref()))
     }
 
     /// Whether the last direction came from a smooth lobe, so that emitter sampling could have sampled it.

@@ -3,7 +3,7 @@
 use crate::{
     bsdf, emitter, film,
     law::Law,
-    sampler, scene, sensor, shape,
+    sampler, scene, sensor, shape, spectrum,
     validation::{
         absorption, calibration, caustics, csg, equivalent, extras, glass, images, light_tracing, lights, optics,
         photon_map, progressive, rooms,
@@ -13,6 +13,7 @@ use crate::{
 /// Every law, list by list.
 pub fn laws() -> impl Iterator<Item = &'static Law> {
     let lists = [
+        spectrum::laws::LAWS,
         shape::laws::LAWS,
         shape::laws::csg::LAWS,
         shape::laws::mesh::LAWS,

@@ -35,13 +35,13 @@ pub(super) const MATERIAL: Param = Param::new(
 );
 pub(super) const ETA: Param = Param::optional(
     "eta",
-    ParamKind::Rgb,
+    ParamKind::Index,
     "taken from the material",
     "the real part of the index of refraction, linear RGB",
 )
 .within(INDEX);
 pub(super) const K: Param =
-    Param::optional("k", ParamKind::Rgb, "taken from the material", "the imaginary part of the index, linear RGB")
+    Param::optional("k", ParamKind::Index, "taken from the material", "the imaginary part of the index, linear RGB")
         .within(INDEX);
 pub(super) const SPECULAR_REFLECTANCE: Param =
     Param::new("specular_reflectance", ParamKind::Texture, "1", "scales the reflected light; not physical")

@@ -1,6 +1,9 @@
 use glam::DVec3;
 
-use crate::scene_file::{Spectrum, whole_number};
+use crate::{
+    scene_file::{Spectrum, whole_number},
+    spectrum::check_pairs,
+};
 
 use super::element::Element;
 use crate::scene_file::fault::ParseFault;
@@ -133,13 +136,7 @@ pub(super) fn spectrum(text: &str) -> Result<Spectrum, ParseFault> {
 
 /// The spectrum of two or more pairs of wavelength and value, with rising wavelengths.
 pub(in crate::scene_file) fn tabulated(pairs: Vec<(f64, f64)>) -> Result<Spectrum, ParseFault> {
-    if pairs.len() < 2 {
-        let fault = ParseFault::new(format!("a spectrum needs 2 pairs, got {}", pairs.len()));
-        return Err(fault.hint("write one number, or pairs like 400:0.1, 700:0.2"));
-    }
-    if let Some(pair) = pairs.windows(2).find(|pair| pair[1].0 <= pair[0].0) {
-        let what = format!("the wavelength {} does not rise above {}", pair[1].0, pair[0].0);
-        return Err(ParseFault::new(what).hint("sort the pairs by wavelength"));
-    }
+    let hint = "write one number, or pairs like 400:0.1, 700:0.2, sorted by wavelength";
+    check_pairs(&pairs).map_err(|what| ParseFault::new(what).hint(hint))?;
     Ok(Spectrum::Tabulated(pairs))
 }
