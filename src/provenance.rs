@@ -22,7 +22,6 @@ pub fn files(document: &Document) -> Vec<PathBuf> {
     for (object, _) in document.objects.iter().zip(document.used()).filter(|(_, is_used)| *is_used) {
         others.extend(object.properties.iter().filter_map(file_name).map(|name| object.folder.join(name)));
     }
-    }
     others.sort();
     others.dedup();
     document.files.iter().cloned().chain(others).collect()

@@ -110,14 +110,15 @@ mod tests {
             function(p)
         });
         let expected = points().map(|p| function(p) * distribution.pdf(p)).sum::<f64>() / square;
-        assert!((sampled.sum::<f64>() / square - expected).abs() < 1e-4);
+        // The map from u jumps between cells, within strata.
+        assert!((sampled.sum::<f64>() / square - expected).abs() < 1e-3);
     }
 
     #[test]
     fn cells_of_zero_are_not_sampled_and_nothing_is_sampled_from_zeros() {
         let distribution = distribution();
         for i in 0..1000 {
-            let u = DVec2::new(f64::from(i % 100) / 100.0, f64::from(i) / 1000.0);
+            let u = DVec2::new((f64::from(i % 100) + 0.5) / 100.0, (f64::from(i) + 0.5) / 1000.0);
             let (p, pdf) = distribution.sample(u).expect("some values are above 0");
             assert!(pdf > 0.0 && !(p.x > 1.0 / 3.0 && p.x < 2.0 / 3.0 && p.y > 0.5), "{p}");
         }
