@@ -249,6 +249,22 @@ def stripes() -> bytes:
     return png_bytes(rows, 1)
 
 
+def sky() -> bytes:
+    """64 x 32 RGB, to be decoded as sRGB: a latitude-longitude map of a sky with a small sun, clouds and a brown ground."""
+    rows = []
+    for y in range(32):
+        row: list[Rgb8] = []
+        for x in range(64):
+            cloud = max(0, 7 - (x * 3 + y * y) % 23) * 6 if 4 < y < 14 else 0
+            blue = (60 + 2 * y + cloud, 84 + 2 * y + cloud, 128 + cloud)
+            row.append(blue if y < 16 else (74 - y, 62 - y, 50 - y))
+        rows.append(row)
+    for y in (9, 10):
+        for x in (40, 41):
+            rows[y][x] = (255, 250, 235)
+    return png_bytes(rows, 3)
+
+
 def assets() -> dict[str, bytes]:
     """The bytes of every generated file, by its path under assets/."""
     coarse, fine = open_teapot(6), open_teapot(10)
@@ -269,6 +285,7 @@ def assets() -> dict[str, bytes]:
         "meshes/terrain.ply": ply_bytes(terrain(), "binary_little_endian"),
         "meshes/vase.obj": obj_bytes(vase()),
         "textures/mosaic.png": mosaic(),
+        "textures/sky.png": sky(),
         "textures/stripes.png": stripes(),
         "textures/weave.png": weave(),
     }

@@ -3,7 +3,7 @@ use std::{
     sync::Arc,
 };
 
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 use super::{Emission, EmissionTarget, EmitterModel, EmitterSample, orientation::Orientation};
 use crate::{
@@ -71,6 +71,19 @@ impl Described for EnvMap {
         }
         let radiance = Arc::new(Panorama::new(width, height, texels, params.float("scale")?));
         Ok(Self { radiance, orientation: Orientation::read(params)? })
+    }
+}
+
+impl EnvMap {
+    /// An environment from texels, row by row, in W/(m² sr). `to_world` maps its local directions to the world.
+    ///
+    /// # Panics
+    /// If the width is below 2 or the height below 3, or if `texels` has another length than their product.
+    #[must_use]
+    pub fn new([width, height]: [usize; 2], texels: Vec<[f32; 3]>, to_world: DMat3) -> Self {
+        assert!(width >= 2 && height >= 3 && texels.len() == width * height, "an image of at least 2 x 3 texels");
+        let radiance = Arc::new(Panorama::new(width, height, texels, 1.0));
+        Self { radiance, orientation: Orientation::new(to_world) }
     }
 }
 

@@ -3,9 +3,9 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
-use super::{BoundingSphere, Emission, EmissionTarget, Emitter, EmitterModel as _};
+use super::{BoundingSphere, Emission, EmissionTarget, Emitter, EmitterModel as _, EnvMap};
 use crate::{
     law::{Check, Effort, Finding, Law},
     math::{Frame, Ray, Rgb, rng::Stream, warp},
@@ -87,7 +87,15 @@ fn subjects() -> Vec<Subject> {
             });
         }
     }
+    subjects.push(Subject { name: "envmap".into(), emitter: Emitter::EnvMap(uneven_map()), shape: None });
     subjects
+}
+
+/// A turned and mirrored environment with black texels, a bright one beside the seam, and coloured poles.
+fn uneven_map() -> EnvMap {
+    let texel = |i: u16| [f32::from(i % 7), f32::from(i * i % 11), if i == 16 { 60.0 } else { f32::from(i % 3) }];
+    let turn = DMat3::from_axis_angle(DVec3::new(0.3, 0.9, -0.2).normalize(), 2.0);
+    EnvMap::new([8, 5], (0..40).map(texel).collect(), turn * DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0)))
 }
 
 impl Subject {

@@ -4,6 +4,7 @@ mod area;
 mod constant;
 mod directional;
 mod envmap;
+pub mod environment_laws;
 pub mod laws;
 mod orientation;
 mod point;

@@ -3,6 +3,7 @@
 use crate::{
     integrator::Overrides,
     law::{Check, Effort, Finding, Law},
+    math::Rgb,
     render::{Renderer, Replicate},
     stats::{Estimate, Moments, equivalence::TO_RADIUS_ZERO},
     transport::PathClass,
@@ -92,6 +93,14 @@ fn light_is_path(effort: Effort) -> Vec<Finding> {
     let sun = r#"<emitter type="directional"><vector name="direction" x="0.4" y="0.5" z="-1"/>
         <rgb name="irradiance" value="1, 2, 3"/></emitter>"#;
     let environment = r#"<emitter type="constant"><rgb name="radiance" value="0.5, 0.8, 1"/></emitter>"#;
+    let picture = setup::Picture::new([12, 7], |x, y| {
+        Rgb::new((x % 5) as f64, (y % 4) as f64, if [x, y] == [8, 2] { 40.0 } else { 1.0 })
+    });
+    let sky = format!(
+        r#"<emitter type="envmap">{}<float name="scale" value="0.3"/><transform name="to_world"><rotate x="1" angle="90"/>
+           <rotate z="1" angle="40"/></transform></emitter>"#,
+        picture.xml()
+    );
     let spot = r#"<emitter type="spot"><rgb name="intensity" value="30, 20, 10"/><float name="cutoff_angle" value="35"/>
         <transform name="to_world"><lookat origin="1.5, -1.5, 2" target="0, 0, 0.3" up="0, 0, 1"/></transform></emitter>"#;
     let gaussian = r#"<rfilter type="gaussian"/>"#;
@@ -104,11 +113,12 @@ fn light_is_path(effort: Effort) -> Vec<Finding> {
         <shape type="sphere"><point name="center" x="0.2" y="0.1" z="2.9"/><float name="radius" value="0.5"/>
         <bsdf type="dielectric"><float name="int_ior" value="1.3"/><float name="ext_ior" value="1"/>
         <rgb name="absorption" value="0.2, 0.9, 3"/></bsdf></shape>"#;
-    let cases: [(&str, String, String, Params<'_>); 10] = [
+    let cases: [(&str, String, String, Params<'_>); 11] = [
         ("point light, pinhole, box", objects(PAINT) + POINT, pinhole(FILTER), &[]),
         ("spot, thin lens", objects(PAINT) + spot, lens(FILTER), &[]),
         ("sun, gaussian", objects(PAINT) + sun, pinhole(gaussian), &[]),
         ("environment, crop with border, tent", objects(PAINT) + environment, pinhole(border), &[]),
+        ("environment map, lamp", objects(PAINT) + &sky + LAMP, pinhole(FILTER), &[]),
         ("lamp, phong", objects(phong) + LAMP, pinhole(FILTER), &[]),
         ("lamp, metal", objects(metal) + LAMP, pinhole(FILTER), &[]),
         (

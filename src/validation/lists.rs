@@ -19,6 +19,7 @@ pub fn laws() -> impl Iterator<Item = &'static Law> {
         shape::laws::mesh::LAWS,
         bsdf::laws::LAWS,
         emitter::laws::LAWS,
+        emitter::environment_laws::LAWS,
         sampler::laws::LAWS,
         film::laws::LAWS,
         sensor::laws::LAWS,

@@ -6,6 +6,7 @@
 use std::path::Path;
 
 use glam::DVec3;
+use tempfile::TempDir;
 
 use crate::{
     film::splats,
@@ -46,6 +47,27 @@ impl PixelCentres {
                <rfilter type="gaussian"><float name="stddev" value="1e-12"/></rfilter></film></sensor>"#,
             Self::NEAR
         )
+    }
+}
+
+/// A picture in a temporary file, which lasts as long as this value.
+pub(super) struct Picture(TempDir);
+
+impl Picture {
+    /// Writes a linear picture.
+    pub(super) fn new([width, height]: [usize; 2], texel: impl Fn(usize, usize) -> Rgb + Sync) -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        exr::prelude::write_rgb_file(folder.path().join("picture.exr"), width, height, |x, y| {
+            let [r, g, b] = texel(x, y).as_vec3().to_array();
+            (r, g, b)
+        })
+        .expect("a temporary file");
+        Self(folder)
+    }
+
+    /// The parameter that names the file.
+    pub(super) fn xml(&self) -> String {
+        format!(r#"<string name="filename" value="{}"/>"#, self.0.path().join("picture.exr").display())
     }
 }
 

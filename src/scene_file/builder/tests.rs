@@ -153,7 +153,7 @@ fn every_fault_is_reported() {
 fn spectra_are_checked_as_in_files() {
     let spectrum = |pairs: &[(f64, f64)]| emitter("area").with("radiance", Spectrum::Tabulated(pairs.to_vec()));
     let fault = |pairs: &[(f64, f64)]| faults(spectrum(pairs)).concat();
-    assert!(fault(&[(1.0, 1.0)]).contains("\"radiance\": a spectrum needs 2 pairs, got 1"));
+    assert!(fault(&[(1.0, 1.0)]).contains("\"radiance\": a spectrum needs 2 pairs of wavelength and value, got 1"));
     assert!(fault(&[(1.0, 1.0), (1.0, 2.0)]).contains("\"radiance\": the wavelength 1 does not rise above 1"));
     assert!(fault(&[(1.0, 1.0), (2.0, f64::INFINITY)]).contains("\"radiance\": (2.0, inf) is not finite"));
 }

@@ -213,7 +213,9 @@ fn exact_tiles_are_ignored_if_equal_and_rejected_if_different() {
     let (ours, reference) = one_tile(exact(1.0), exact(1.0));
     let same = compare(&ours, &reference);
     assert_eq!((same.outcome, same.peak.tests, same.scatter.chi2.dof, same.p), (Outcome::Agrees, 0, 0.0, 1.0));
-    let (ours, reference) = one_tile(exact(1.0), exact(1.000_001));
+    let rounding = compare(&one_tile(exact(1.000_002), exact(1.0)).0, &reference);
+    assert_eq!((rounding.outcome, rounding.peak.tests, rounding.p), (Outcome::Agrees, 0, 1.0));
+    let (ours, reference) = one_tile(exact(1.0), exact(1.000_01));
     let other = compare(&ours, &reference);
     assert_eq!((other.outcome, other.p, other.localised.as_slice()), (Outcome::Differs, 0.0, [0].as_slice()));
     let (ours, reference) = one_tile(exact(f64::INFINITY), exact(1.0));

@@ -88,10 +88,22 @@ fn spectra() {
     assert_eq!(value("<spectrum name=\"a\" filename=\"a.spd\"/>"), Value::Spectrum(Spectrum::File("a.spd".into())));
     let cases = [
         ("1,2", "20: could not parse spectrum value \"1\"; write one number, or pairs like 400:0.1, 700:0.2"),
-        ("400:1", "20: a spectrum needs 2 pairs, got 1; write one number, or pairs like 400:0.1, 700:0.2"),
-        (" ", "20: a spectrum needs 2 pairs, got 0; write one number, or pairs like 400:0.1, 700:0.2"),
-        ("500:1,400:2", "20: the wavelength 400 does not rise above 500; sort the pairs by wavelength"),
-        ("400:1,400:2", "20: the wavelength 400 does not rise above 400; sort the pairs by wavelength"),
+        (
+            "400:1",
+            "20: a spectrum needs 2 pairs of wavelength and value, got 1; write one number, or pairs like 400:0.1, 700:0.2, sorted by wavelength",
+        ),
+        (
+            " ",
+            "20: a spectrum needs 2 pairs of wavelength and value, got 0; write one number, or pairs like 400:0.1, 700:0.2, sorted by wavelength",
+        ),
+        (
+            "500:1,400:2",
+            "20: the wavelength 400 does not rise above 500; write one number, or pairs like 400:0.1, 700:0.2, sorted by wavelength",
+        ),
+        (
+            "400:1,400:2",
+            "20: the wavelength 400 does not rise above 400; write one number, or pairs like 400:0.1, 700:0.2, sorted by wavelength",
+        ),
         ("400:1,5:0:2", "20: could not parse floating point value \"0:2\"; write a number like 1, -0.5 or 2e-3"),
         ("", "1: a <spectrum> needs either \"value\" or \"filename\"; give one of them"),
         ("1\" filename=\"b", "1: a <spectrum> needs either \"value\" or \"filename\"; give one of them"),
