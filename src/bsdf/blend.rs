@@ -5,7 +5,7 @@ use crate::{
     math::{PerSolidAngle, Rgb},
     scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
     shape::Surface,
-    texture::{Texture, TextureModel as _},
+    texture::Texture,
 };
 
 /// A mixture of two BSDFs: `(1 - weight)` of the first and `weight` of the second, with the same weight in all
@@ -27,13 +27,8 @@ impl Described for Blend {
         name: "blendbsdf",
         summary: "A mixture of two bsdfs.",
         params: &[
-            Param::new(
-                "weight",
-                ParamKind::Texture,
-                "0.5",
-                "the fraction of the second bsdf; a texture's channels are averaged",
-            )
-            .within(Range::UNIT),
+            Param::new("weight", ParamKind::Texture, "0.5", "the fraction of the second bsdf, by luminance")
+                .within(Range::UNIT),
             Param::required("bsdf", ParamKind::Object(Category::Bsdf), "the two bsdfs to mix"),
         ],
         examples: &[
@@ -61,7 +56,7 @@ impl Described for Blend {
 impl Blend {
     /// The weights of both BSDFs.
     fn weights(&self, uv: DVec2) -> [f64; 2] {
-        let weight = self.weight.eval(uv).element_sum() / 3.0;
+        let weight = self.weight.value(uv);
         [1.0 - weight, weight]
     }
 

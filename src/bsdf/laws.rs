@@ -65,6 +65,13 @@ pub const LAWS: &[Law] = &[
         check: Check::Analytic(metal),
     },
     Law {
+        name: "bsdf/mask",
+        claim: "A mask of opacity a has exactly a times the values and densities of its BSDF, and lets 1 - a of the light pass straight. \
+               The opacity of a colour is its luminance.",
+        source: "a A + (1 - a) B; the luminance of (0.9, 0.2, 0.1) is 0.212671 · 0.9 + 0.71516 · 0.2 + 0.072169 · 0.1",
+        check: Check::Analytic(mask),
+    },
+    Law {
         name: "fresnel/schlick",
         claim: "At an index of 1.5, the greatest error of Schlick's approximation is 0.035693, at 84.975 degrees. It is the same from \
                inside, 0.059924 at 1.33 and 0.074036 at 2.4. The cosine-weighted mean is R0 + (1 - R0) / 21.",
@@ -230,14 +237,13 @@ fn weight(_: Effort) -> Vec<Finding> {
     })
 }
 
-/// Uses quadrature for smooth lobes and the sum of the weights for delta lobes. Delta lobes are measured in importance
-/// transport, because radiance may exceed 1 on refraction into a dense medium.
+/// Uses quadrature for smooth lobes and the sum of the weights for delta lobes. The weights of refraction are those of
+/// flux, because radiance may exceed 1 on refraction into a dense medium.
 fn energy(_: Effort) -> Vec<Finding> {
     worst(2e-3, |note| {
         for (name, bsdf) in examples() {
             for (_, query) in queries() {
-                let flux = Query { mode: TransportMode::Importance, ..query };
-                note(&name, (smooth_albedo(&bsdf, &query) + delta_albedo(&bsdf, &flux)).max_element() - 1.0);
+                note(&name, (smooth_albedo(&bsdf, &query) + delta_albedo(&bsdf, &query)).max_element() - 1.0);
             }
         }
     })
@@ -264,7 +270,8 @@ fn smooth_albedo(bsdf: &Bsdf, query: &Query) -> Rgb {
 fn delta_albedo(bsdf: &Bsdf, query: &Query) -> Rgb {
     const N: usize = 1000;
     let choices = (0..N).filter_map(|i| bsdf.sample(query, (i as f64 + 0.5) / N as f64, DVec2::splat(0.5)));
-    choices.filter(|sample| sample.lobe != Lobe::Smooth).map(|sample| sample.weight / N as f64).sum()
+    let deltas = choices.filter(|sample| sample.lobe != Lobe::Smooth);
+    deltas.map(|sample| sample.weight * (sample.eta * sample.eta / N as f64)).sum()
 }
 
 fn reciprocity(_: Effort) -> Vec<Finding> {
@@ -288,6 +295,34 @@ fn reciprocity(_: Effort) -> Vec<Finding> {
             let back = back.weight * back.pdf.0;
             note(name, (there - back).abs().max_element() / there.max_element());
         });
+    })
+}
+
+fn mask(_: Effort) -> Vec<Finding> {
+    let inner = r#"<bsdf type="roughconductor"><float name="alpha" value="0.3"/></bsdf>"#;
+    let bsdf = from_xml(inner);
+    let opacities = [
+        (r#"<float name="opacity" value="0.35"/>"#, 0.35),
+        (r#"<rgb name="opacity" value="0.9, 0.2, 0.1"/>"#, 0.341_652_8),
+        (r#"<float name="opacity" value="1.5"/>"#, 1.0),
+    ];
+    worst(1e-12, |note| {
+        for (opacity, a) in opacities {
+            let mask = from_xml(&format!(r#"<bsdf type="mask">{opacity}{inner}</bsdf>"#));
+            for (_, query) in queries() {
+                for wo in [DVec3::new(0.3, -0.2, 0.5).normalize(), DVec3::new(-0.4, 0.1, -0.6).normalize()] {
+                    note("value", (mask.eval_cos(&query, wo) - a * bsdf.eval_cos(&query, wo)).abs().max_element());
+                    note("pdf", (mask.pdf(&query, wo).0 - a * bsdf.pdf(&query, wo).0).abs());
+                }
+                let passed = (0..1000).filter_map(|i| {
+                    let sample = mask.sample(&query, (f64::from(i) + 0.5) / 1000.0, DVec2::splat(0.4))?;
+                    (sample.lobe == Lobe::Null).then_some(sample)
+                });
+                let (count, pdf) = passed.fold((0, None), |(count, _), sample| (count + 1, Some(sample.pdf.0)));
+                note("pdf of passing straight", (pdf.unwrap_or(0.0) - (1.0 - a)).abs());
+                note("share that passes straight", (f64::from(count) / 1000.0 - (1.0 - a)).abs().max(5e-4) - 5e-4);
+            }
+        }
     })
 }
 

@@ -10,11 +10,13 @@ mod dielectric;
 mod diffuse;
 pub mod fresnel;
 pub mod laws;
+mod mask;
 mod metal;
 mod microfacet;
 mod normals;
 mod null;
 mod phong;
+mod polarization;
 mod roughconductor;
 mod twosided;
 
@@ -22,10 +24,12 @@ pub use blend::Blend;
 pub use conductor::Conductor;
 pub use dielectric::{Dielectric, Glass, Schlick};
 pub use diffuse::Diffuse;
+pub use mask::Mask;
 pub use metal::Metal;
 pub use normals::Normals;
 pub use null::Null;
 pub use phong::Phong;
+pub use polarization::{Circular, Polarizer, Retarder, Sheet};
 pub use roughconductor::RoughConductor;
 pub use twosided::TwoSided;
 
@@ -34,7 +38,7 @@ use glam::{DVec2, DVec3};
 
 use crate::{
     math::{PerSolidAngle, Rgb},
-    scene_file::{Category, catalogue},
+    scene_file::{Category, Params, SceneError, catalogue},
     shape::Surface,
 };
 
@@ -167,10 +171,29 @@ catalogue! {
         Blend(Blend),
         /// A BSDF for each side of a surface.
         TwoSided(TwoSided),
+        /// A BSDF with holes.
+        Mask(Mask),
         /// An invisible surface.
         Null(Null),
+        /// A linear polariser.
+        Polarizer(Sheet<Polarizer>),
+        /// A retarder.
+        Retarder(Sheet<Retarder>),
+        /// A circular polariser.
+        Circular(Sheet<Circular>),
         /// The shading normal as a colour.
         Normals(Normals),
+    }
+}
+
+/// Reads the only BSDF inside another.
+fn only_child(params: &Params<'_>) -> Result<Bsdf, SceneError> {
+    match params.children(Category::Bsdf)[..] {
+        [child] => Bsdf::read(params.document(), child),
+        ref children => {
+            let what = format!("{} holds one bsdf, this has {}", params.called(), children.len());
+            Err(SceneError::at(&params.object().place, what))
+        }
     }
 }
 

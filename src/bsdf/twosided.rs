@@ -20,11 +20,19 @@ impl Described for TwoSided {
         manual: manual!("twosided.rs": "TwoSided"),
         name: "twosided",
         summary: "Gives the back of a surface the bsdf of its front, or a second bsdf.",
-        params: &[Param::required(
-            "bsdf",
-            ParamKind::Object(Category::Bsdf),
-            "one bsdf for both sides, or one for the front and one for the back; they must not transmit light",
-        )],
+        params: &[
+            Param::required(
+                "bsdf",
+                ParamKind::Object(Category::Bsdf),
+                "one bsdf for both sides, or one for the front and one for the back",
+            ),
+            Param::new(
+                "allow_transmission",
+                ParamKind::Boolean,
+                "false",
+                "whether they may transmit light; either side is then the outside",
+            ),
+        ],
         examples: &[
             r#"<bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value="0.3, 0.6, 0.9"/></bsdf></bsdf>"#,
             r#"<bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value="0.3, 0.6, 0.9"/></bsdf>
@@ -40,12 +48,13 @@ impl Described for TwoSided {
             let what = format!("a bsdf \"twosided\" holds one or two bsdfs, this has {}", children.len());
             return Err(SceneError::at(location, what));
         }
+        let allows_transmission = params.boolean("allow_transmission")?;
         let mut sides = Vec::new();
         for id in children {
             let side = Bsdf::read(params.document(), id)?;
-            if side.transmits() {
+            if side.transmits() && !allows_transmission {
                 let error = SceneError::at(&params.document().object(id).place, "this bsdf transmits light");
-                return Err(error.hint("only bsdfs that reflect can be two-sided"));
+                return Err(error.hint("only bsdfs that reflect can be two-sided, unless allow_transmission is true"));
             }
             sides.push(side);
         }
@@ -107,12 +116,13 @@ impl BsdfModel for TwoSided {
         self.front.transmits() || self.back.transmits()
     }
 
+    /// Both sides are outside.
     fn is_interface(&self) -> bool {
-        self.front.is_interface() || self.back.is_interface()
+        false
     }
 
     fn absorption(&self) -> Rgb {
-        self.front.absorption().max(self.back.absorption())
+        Rgb::ZERO
     }
 
     fn straight_transmittance(&self, query: &Query) -> Option<Rgb> {

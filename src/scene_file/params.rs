@@ -342,7 +342,9 @@ impl<'d> Params<'d> {
         SceneError::at(&property.place, what).hint(spelling::hint(&property.name, &known))
     }
 
-    fn called(&self) -> String {
+    /// The kind and the name of the object with an article, such as `a bsdf "mask"`.
+    #[must_use]
+    pub fn called(&self) -> String {
         match self.plugin.name {
             "" => with_article(self.plugin.category.tag()),
             name => format!("{} \"{name}\"", with_article(self.plugin.category.tag())),

@@ -18,7 +18,7 @@ use enum_dispatch::enum_dispatch;
 use glam::{DAffine3, DVec2};
 
 use crate::{
-    math::Rgb,
+    math::{Rgb, luminance},
     scene_file::{Category, Params, SceneError, Value, catalogue},
     spectrum::Quantity,
 };
@@ -88,6 +88,12 @@ impl Texture {
 }
 
 impl Texture {
+    /// The texture as one number: the luminance of its colour.
+    #[must_use]
+    pub fn value(&self, uv: DVec2) -> f64 {
+        luminance(self.eval(uv))
+    }
+
     /// The texture where its values are used as a quantity. Tabulated spectra are another colour as light.
     fn used_as(self, quantity: Quantity) -> Self {
         match self {

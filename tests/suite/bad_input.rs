@@ -181,7 +181,9 @@ fn scenes_that_lack_parts_or_have_too_many() {
             "glass with two sides",
             shapes(
                 r#"<shape type="sphere"><bsdf type="twosided"><bsdf type="dielectric"/></bsdf></shape>"#,
-                &["this bsdf transmits light; only bsdfs that reflect can be two-sided"],
+                &[
+                    "this bsdf transmits light; only bsdfs that reflect can be two-sided, unless allow_transmission is true",
+                ],
             ),
         ),
     ]);
