@@ -135,3 +135,19 @@ impl BsdfModel for Blend {
         self.components(surface.uv).map(|(weight, bsdf)| weight * bsdf.self_emission(surface, is_front)).sum()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene_file::xml;
+
+    #[test]
+    fn the_weight_of_a_colour_is_its_luminance() {
+        let element = r#"<bsdf type="blendbsdf"><rgb name="weight" value="0.9, 0.2, 0.1"/>
+            <bsdf type="diffuse"><rgb name="reflectance" value="0"/></bsdf>
+            <bsdf type="diffuse"><rgb name="reflectance" value="1"/></bsdf></bsdf>"#;
+        let document = xml::parse_element(element).expect("valid XML");
+        let blend = Bsdf::read(&document, document.root).expect("a BSDF");
+        assert!((blend.albedo(DVec2::ZERO) - 0.341_652_8).abs().max_element() < 1e-7);
+    }
+}

@@ -138,3 +138,24 @@ impl BsdfModel for TwoSided {
         if is_front { self.front.self_emission(surface, true) } else { self.back.self_emission(surface, true) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{bsdf::TransportMode, scene_file::xml};
+
+    #[test]
+    fn both_sides_of_glass_are_outside_if_transmission_is_allowed() {
+        let element = r#"<bsdf type="twosided"><boolean name="allow_transmission" value="true"/><bsdf type="dielectric"/></bsdf>"#;
+        let document = xml::parse_element(element).expect("valid XML");
+        let glass = Bsdf::read(&document, document.root).expect("a BSDF");
+        assert!(!glass.is_interface() && glass.transmits());
+        for z in [1.0, -1.0] {
+            let query = Query { wi: DVec3::new(0.0, 0.0, z), uv: DVec2::ZERO, mode: TransportMode::Radiance };
+            let sample = glass.sample(&query, 0.5, DVec2::splat(0.5)).expect("refracted light");
+            // Mitsuba 3.9.1: an index of 1.504183 from both sides, and a weight of 0.441976.
+            assert_eq!(sample.wo, -query.wi);
+            assert!((sample.eta - 1.504_183).abs() < 1e-6 && (sample.weight.x - 0.441_976).abs() < 1e-6, "{sample:?}");
+        }
+    }
+}

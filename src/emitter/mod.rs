@@ -130,7 +130,13 @@ pub trait EmitterModel {
 
     /// The pdf with which [`EmitterModel::sample_direction`] samples a unit direction, to a point of an area light or to
     /// the environment (`surface` is None); 0 for delta emitters.
-    fn pdf_direction(&self, _: Option<&Shape>, _from: DVec3, _: DVec3, _surface: Option<&Surface>) -> PerSolidAngle {
+    fn pdf_direction(
+        &self,
+        _shape: Option<&Shape>,
+        _from: DVec3,
+        _direction: DVec3,
+        _surface: Option<&Surface>,
+    ) -> PerSolidAngle {
         PerSolidAngle(0.0)
     }
 

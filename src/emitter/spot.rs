@@ -1,8 +1,8 @@
 use std::f64::consts::TAU;
 
-use glam::{DAffine3, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 
-use super::{Emission, EmissionTarget, EmitterModel, EmitterSample};
+use super::{Emission, EmissionTarget, EmitterModel, EmitterSample, orientation::Orientation};
 use crate::{
     math::{PerSolidAngle, Ray, Rgb, warp},
     scene_file::{Category, Described, Param, ParamKind, Params, Plugin, Range, SceneError, manual},
@@ -13,8 +13,7 @@ use crate::{
 /// `beam_width` from the axis, and falls linearly with the angle to 0 at `cutoff_angle`.
 #[derive(Clone, Debug)]
 pub struct Spot {
-    to_world: DAffine3,
-    to_local: DAffine3,
+    orientation: Orientation,
     position: DVec3,
     intensity: Rgb,
     /// In radians.
@@ -62,11 +61,6 @@ impl Described for Spot {
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
-        let to_world = params.transform("to_world")?;
-        let to_local = to_world.inverse();
-        if !to_local.is_finite() {
-            return Err(params.error("to_world", "the transform leaves the spot light no direction"));
-        }
         let cutoff = params.float("cutoff_angle")?;
         let beam_width = params.optional_float("beam_width")?.unwrap_or(0.75 * cutoff);
         if beam_width > cutoff {
@@ -74,9 +68,8 @@ impl Described for Spot {
             return Err(error.hint("the beam must lie within the cone"));
         }
         Ok(Self {
-            to_world,
-            to_local,
-            position: to_world.translation,
+            orientation: Orientation::read(params)?,
+            position: params.transform("to_world")?.translation,
             intensity: params.rgb("intensity")?,
             beam_width: beam_width.to_radians(),
             cutoff: cutoff.to_radians(),
@@ -87,7 +80,7 @@ impl Described for Spot {
 impl Spot {
     /// The fraction of the full intensity that is emitted in a world direction.
     fn falloff(&self, direction: DVec3) -> f64 {
-        let local = self.to_local.transform_vector3(direction);
+        let local = self.orientation.local(direction);
         let angle = local.truncate().length().atan2(local.z);
         if angle >= self.cutoff {
             0.0
@@ -101,11 +94,8 @@ impl Spot {
     /// Samples a direction within the cone.
     fn within_cone(&self, u: DVec2) -> (DVec3, PerSolidAngle) {
         let one_minus_cos = 2.0 * (0.5 * self.cutoff).sin().powi(2);
-        let direction = self.to_world.transform_vector3(warp::square_to_cone(u, one_minus_cos));
-        let length = direction.length();
-        // A shear changes solid angles: dω' = |det| dω / |M ω|³.
-        let solid_angle_ratio = self.to_world.matrix3.determinant().abs() / (length * length * length);
-        (direction / length, PerSolidAngle(warp::square_to_cone_pdf(one_minus_cos) / solid_angle_ratio))
+        let (direction, ratio) = self.orientation.world(warp::square_to_cone(u, one_minus_cos));
+        (direction, PerSolidAngle(warp::square_to_cone_pdf(one_minus_cos) / ratio))
     }
 }
 

@@ -85,9 +85,7 @@ impl Texture {
         let what = format!("the texture \"{name}\" has values from {least} to {greatest}");
         Err(params.error(name, what).hint(format!("each must be {}", range.describe())))
     }
-}
 
-impl Texture {
     /// The texture as one number: the luminance of its colour.
     #[must_use]
     pub fn value(&self, uv: DVec2) -> f64 {

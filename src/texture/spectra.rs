@@ -97,13 +97,12 @@ impl Described for Srgb {
     };
 
     fn read(params: &Params<'_>) -> Result<Self, SceneError> {
-        let colour = params.rgb("color")?;
+        let (colour, is_unbounded) = (params.rgb("color")?, params.boolean("unbounded")?);
         let is_reflectance = colour.min_element() >= 0.0 && colour.max_element() <= 1.0;
-        if !is_reflectance && !params.boolean("unbounded")? {
+        if !is_reflectance && !is_unbounded {
             let error = params.error("color", format!("\"color\" is {colour}"));
             return Err(error.hint("each channel must be from 0 to 1, unless \"unbounded\" is true"));
         }
-        params.boolean("unbounded")?;
         Ok(Self { colour })
     }
 }

@@ -61,13 +61,14 @@ fn photon_mapped(scene: &SceneFile, effort: Effort) -> Result<Vec<Finding>, Chec
 
 /// The scenes for progressive photon mapping: the name, the radius schedule, the smallest radius of the first pass
 /// divided by the radius in the scene, the number of images, and the numbers of passes and photons of each.
-const SCENES: [(&str, &str, f64, u32, u32, &str); 6] = [
+const SCENES: [(&str, &str, f64, u32, u32, &str); 7] = [
     ("figure-8-photons", "per_pixel", 0.02, 8, 8, "30000"),
     ("figure-9-caustic", "per_pass", 0.016, 12, 16, "40000"),
     ("glass-on-checker", "per_pixel", 0.012, 8, 8, "30000"),
     ("caustic-point", "per_pass", 0.012, 8, 8, "30000"),
     ("photon-caustic", "per_pixel", 0.012, 8, 8, "30000"),
     ("open-air", "per_pixel", 0.012, 8, 8, "60000"),
+    ("wrappers", "per_pixel", 0.02, 8, 8, "60000"),
 ];
 
 /// Compares progressive photon mapping of one of these scenes with the scene's reference.
