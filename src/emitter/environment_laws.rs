@@ -29,8 +29,10 @@ pub const LAWS: &[Law] = &[
     },
     Law {
         name: "environment/chi2",
-        claim: "Directions to the environment are sampled with the stated pdf, also if its transform shears.",
-        source: "Pearson's chi-square test of counts in cells of equal solid angle",
+        claim: "Directions to the environment are sampled with the stated pdf, also if its transform shears. The pdf of a sample is the pdf \
+                of its direction. Directions to a uniform map are sampled uniformly.",
+        source: "Pearson's chi-square test of counts in cells of equal solid angle; a pdf of 1/4π, up to the linear \
+                interpolation of a sine",
         check: Check::Analytic(chi2),
     },
 ];
@@ -184,7 +186,32 @@ fn chi2(effort: Effort) -> Vec<Finding> {
         ("one texel", one_bright_texel(turn)),
     ];
     let samples = effort.samples(40_000);
-    subjects.iter().zip(0..).map(|((name, environment), i)| chi2_of(name, environment, samples, i)).collect()
+    let tests = subjects.iter().zip(0..).map(|((name, environment), i)| chi2_of(name, environment, samples, i));
+    let mut findings: Vec<Finding> = tests.collect();
+    findings.extend(worst(1e-9, |note| {
+        for (name, environment) in &subjects {
+            for [pdf, again] in sampled_pdfs(environment) {
+                note(&format!("{name}, pdf of samples"), (pdf / again - 1.0).abs());
+            }
+        }
+    }));
+    // At its nodes the interpolated sine is right, and its integral over half a period is h / tan(h / 2) instead of 2.
+    let uniform = environment([64, 33], turn, |_, _| RADIANCE);
+    let h = PI / 32.0;
+    findings.extend(worst(2.0 * (0.5 * h).tan() / h - 1.0 + 1e-6, |note| {
+        sampled_pdfs(&uniform).for_each(|[pdf, _]| note("uniform map", (4.0 * PI * pdf - 1.0).abs()));
+    }));
+    findings
+}
+
+/// The pdf of some sampled directions: of the sample, and of the direction.
+fn sampled_pdfs(environment: &EnvMap) -> impl Iterator<Item = [f64; 2]> {
+    let mut stream = Stream::at(&[78]);
+    (0..500).filter_map(move |_| {
+        let sample = environment.sample_direction(None, DVec3::ZERO, stream.next_2d())?;
+        let again = environment.pdf_direction(None, DVec3::ZERO, sample.direction, None).0;
+        Some([sample.pdf?.0, again])
+    })
 }
 
 fn chi2_of(name: &str, environment: &EnvMap, samples: u32, number: u64) -> Finding {
