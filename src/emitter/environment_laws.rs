@@ -22,8 +22,8 @@ pub const LAWS: &[Law] = &[
     },
     Law {
         name: "environment/lookup",
-        claim: "In the direction of a texel's centre, the radiance is the texel's. Beside a pole it is that of a texel in the pole's row. It \
-                is equal on both sides of the seam. A turned map equals a turned direction.",
+        claim: "In the direction of a texel's centre, the map has the texel's radiance, also in the rows of the poles. Both sides of the \
+                seam have the same radiance. A turned map equals a turned direction.",
         source: "Mitsuba's latitude-longitude format: longitude 2π (x + ½) / W, colatitude π y / (H - 1)",
         check: Check::Analytic(lookup),
     },
